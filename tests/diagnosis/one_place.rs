@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 /// Files that state how several effects are related, which no file of a single one could; and the one
 /// that translates the judge's names of parameters, which the judge shares with nobody.
 const RELATIONS: [&str; 3] = [
-    "diagnose/equivalent.rs",
-    "diagnose/named.rs",
+    "diagnose/answer/equivalent.rs",
+    "diagnose/stages/accepted.rs",
     "bench/diagnose/truth.rs",
 ];
 

@@ -7,7 +7,8 @@
 
 use super::evidence::{self, threshold};
 use super::logs::Logs;
-use super::wrench::{Problem, Segment, Solution, white};
+use super::noise::autoregressive::AutoregressiveNoise;
+use super::wrench::{Problem, Segment, Solution};
 use softdock_io::recording::Recording;
 use softdock_physics::effects::body::{sc_inertia_error, sc_mass_error};
 use softdock_physics::effects::mechanism::manipulator_resistance;
@@ -120,7 +121,9 @@ impl BodyRegression {
             tolerances: tolerances.into_iter().collect(),
             hypotheses,
             segment: Segment {
-                noise_model: std::array::from_fn(|axis| white(digits[axis / 3])),
+                noise_model: std::array::from_fn(|axis| {
+                    AutoregressiveNoise::white(digits[axis / 3])
+                }),
                 fresh: changes.known,
             },
         })

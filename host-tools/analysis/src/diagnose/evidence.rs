@@ -1,5 +1,5 @@
 //! The price of an effect: how much the logs have to say before it is named. What counts as structure stands at the head of
-//! `structure`, what a clock has to show in `clock`.
+//! `noise::structure`, what a clock has to show in `clock`.
 //!
 //! Evidence is 2 ln of the posterior odds in the approximation of Schwarz (BIC): the fall of χ²
 //! over all logs together with common parameters, less `ln N` for each fitted parameter, less the

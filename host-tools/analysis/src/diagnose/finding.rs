@@ -325,8 +325,8 @@ impl Diagnosis {
 
 #[cfg(test)]
 mod tests {
+    use super::super::evidence::probability;
     use super::*;
-    use crate::diagnose::evidence::probability;
 
     /// Of a motion in one direction: four that do the same share what the catalogue has at all.
     #[test]

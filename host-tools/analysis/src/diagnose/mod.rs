@@ -6,54 +6,37 @@
 //!
 //! 1. `clock`: do the cycles last as long as the log says?
 //! 2. `actuator`: which stage between sent and executed velocity is missing?
-//! 3. `sampling`: does the sensor round or repeat its readings?
+//! 3. `wrench::sampling`: does the sensor round or repeat its readings?
 //! 4. `wrench`: which physical load or sensor error explains the wrench, predicted from the
 //!    simulated, noise-free motion?
 //! 5. `body`: does the rig's model of the spacecraft differ from the user's?
-//! 6. `structure`: is what remains noise?
+//! 6. `prediction_error`: how much of the error on unseen data goes, and with which parameters most?
+//! 7. `noise`: is what remains noise?
+//! 8. `answer`: the verdict, what else the logs would allow, and what is said of it.
 //!
 //! Where the recorded velocity is the difference of poses, the clock is in both of them. Then
-//! `rivals` goes through 1 to 4 once more with an error of the clock in the place of the stage of
-//! the actuator that it looks like.
+//! `stages`, which runs 1 to 5 in this order, goes through 1 to 4 once more with an error of the clock in
+//! the place of the stage of the actuator that it looks like.
 //!
 //! What an effect has to bring is said in `evidence`. Nominal parameters may move within their
 //! tolerances in every hypothesis; those that would have to move further are findings themselves.
 
 mod actuator;
-mod beside;
+mod answer;
 mod body;
+mod catalogue;
 mod clock;
-mod closest_rival;
-mod engine;
-mod equivalent;
-mod error_reduction;
 pub(crate) mod evidence;
 mod finding;
-mod for_prediction;
-mod late_by_foretelling;
-mod left_over;
-mod log_to_log;
 mod logs;
 mod named;
-mod notes;
-mod outcome;
+mod noise;
+mod prediction_error;
 mod question;
-mod ranking;
-mod regions;
-mod reversal;
-mod rivals;
-mod rounding;
-mod sampling;
-mod sentence;
-mod stage_results;
+mod stages;
 mod stretches;
-mod structure;
-mod timed_logs;
-mod unaccounted;
-mod verdict;
+mod watch;
 mod wrench;
-mod wrench_finding;
-mod wrench_stage;
 
 pub use evidence::NAMED;
 pub use finding::*;
@@ -63,15 +46,16 @@ use crate::compare::compare;
 use crate::fit::same_rig;
 use crate::held_back::{are_of_one_log, held_back};
 use crate::levels::ChannelLevels;
+use answer::outcome::Outcome;
 use anyhow::{bail, ensure};
-use engine::Stages;
-use outcome::Outcome;
-use question::{Question, Watch};
+use question::Question;
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 use softdock_physics::model::prediction::Prediction;
+use stages::Stages;
 use std::time::Instant;
-use wrench_finding::WrenchFinding;
+use watch::Watch;
+use wrench::finding::WrenchFinding;
 
 /// A diagnosis with what its report draws.
 #[derive(Clone, Debug)]
@@ -169,7 +153,7 @@ pub fn fit_effect(
 
 pub(crate) fn ensure_lacks(model: &Model, id: &str) -> anyhow::Result<()> {
     ensure!(
-        !engine::has(model, id),
+        !catalogue::has(model, id),
         "`{id}` is in the model already; `softdock fit` fits it anew"
     );
     Ok(())
@@ -269,7 +253,7 @@ fn ask(
         diagnosis.notes.extend(left);
     }
     if let Some(settings) = same_rig::said_first(train, test) {
-        diagnosis.sentence = sentence::of_two_rigs(&settings, &diagnosis.sentence);
+        diagnosis.sentence = answer::sentence::of_two_rigs(&settings, &diagnosis.sentence);
     }
     diagnosis.seconds = started.elapsed().as_secs_f64();
     progress(1.0, "done");
@@ -290,12 +274,12 @@ fn concluded(
     question: &Question<'_>,
     progress: &dyn Fn(f64, &str),
 ) -> anyhow::Result<(Stages, Outcome)> {
-    let stages = engine::run(model, recordings, question, progress)?;
+    let stages = stages::run(model, recordings, question, progress)?;
     progress(0.95, "drawing the conclusion");
-    let outcome = outcome::conclude(model, recordings, &stages, unseen, question)?;
+    let outcome = answer::outcome::conclude(model, recordings, &stages, unseen, question)?;
     let tie = match question.is_asked() || question.among.is_some() {
         true => None,
-        false => for_prediction::better_tie(model, recordings, &stages)?,
+        false => prediction_error::for_prediction::better_tie(model, recordings, &stages)?,
     };
     let Some(ids) = tie else {
         return Ok((stages, outcome));
@@ -304,11 +288,11 @@ fn concluded(
         among: Some(&ids),
         ..*question
     };
-    let mut other_stages = engine::run(model, recordings, &among, &|_, _| {})?;
+    let mut other_stages = stages::run(model, recordings, &among, &|_, _| {})?;
     if let (Some(wrench), Some(tried)) = (&mut other_stages.wrench, &stages.wrench) {
         wrench.remember(tried.found.ranked.clone());
     }
-    let other = outcome::conclude(model, recordings, &other_stages, unseen, question)?;
+    let other = answer::outcome::conclude(model, recordings, &other_stages, unseen, question)?;
     let error = |outcome: &Outcome| ChannelLevels::of(outcome.predictions.test()).rms();
     Ok(match error(&other) * evidence::RISES < error(&outcome) {
         true => (other_stages, other),

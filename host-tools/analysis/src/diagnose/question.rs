@@ -1,8 +1,8 @@
-//! What is asked of the stages, and who follows the search for an answer.
+//! What is asked of the stages.
 
-use super::engine::has;
-use super::finding::Trial;
-use super::wrench;
+use super::catalogue::has;
+use super::watch::Watch;
+use super::wrench::{Smooth, Tested};
 use softdock_physics::model::Model;
 use std::sync::Arc;
 
@@ -22,32 +22,13 @@ pub(crate) struct Question<'a> {
     /// Curves that fit many mechanisms are tried, too.
     pub shapes: bool,
     /// All are tried beside this remainder.
-    pub beside: Option<&'a Arc<wrench::Smooth>>,
+    pub beside: Option<&'a Arc<Smooth>>,
     /// Nothing is searched: others are tried in the place of each effect of this answer.
-    pub in_place_of: Option<&'a wrench::Tested>,
+    pub in_place_of: Option<&'a Tested>,
     /// All logs are parts of one, of which it makes no sense to say that they are of different machines.
     pub of_one_log: bool,
     /// Is told each hypothesis that was tried.
     pub watch: Watch<'a>,
-}
-
-/// Somebody who follows a search. Searches run on several threads, and tell from each of them.
-#[derive(Clone, Copy, Default)]
-pub(crate) struct Watch<'a>(pub Option<&'a (dyn Fn(&Trial) + Sync)>);
-
-impl Watch<'_> {
-    /// Tells a hypothesis, if somebody listens.
-    pub(super) fn tell(self, trial: impl FnOnce() -> Trial) {
-        if let Some(told) = self.0 {
-            told(&trial());
-        }
-    }
-}
-
-impl std::fmt::Debug for Watch<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Watch({})", self.0.is_some())
-    }
 }
 
 impl Question<'_> {

@@ -1,8 +1,8 @@
 //! Forms of an effect: the same one at another place of the chain, or with another begin or end.
 
+use super::candidate::Candidate;
 use super::cost::{Cost, Term};
 use super::refine::refined;
-use super::search::Candidate;
 use rayon::prelude::*;
 use softdock_physics::model::stage::Stage;
 

@@ -4,9 +4,9 @@
 //! cycles that it holds still, so χ² is flat between two steps there: it is scanned, and the interval is
 //! where 2 Δ log L stays below that of 95 %, the other parameters at their best for each value.
 
+use super::candidate::Search;
 use super::cost::{Cost, Term};
 use super::refine::refined;
-use super::search::Search;
 use super::tried::plateau_step;
 use nalgebra::DMatrix;
 use softdock_physics::model::stage::Stage;

@@ -4,7 +4,10 @@
 //! [`Stage::ALL`](softdock_physics::model::stage::Stage::ALL) is tried alone, with its parameters searched; if none reaches the noise, pairs
 //! are searched jointly, and more are added as long as the evidence over all logs rises.
 
+mod alone;
+mod candidate;
 mod cost;
+mod finding;
 mod forms;
 mod grid;
 mod intervals;
@@ -14,6 +17,6 @@ mod search;
 mod steps;
 mod tried;
 
+pub(crate) use candidate::{Candidate, Search, level};
 pub(crate) use cost::{Cost, LogCost, Term};
-pub(crate) use intervals::intervals;
-pub(crate) use search::{Ask, Candidate, Search, level, search};
+pub(crate) use finding::{ActuatorFinding, actuator_stage};

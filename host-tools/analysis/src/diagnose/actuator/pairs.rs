@@ -1,9 +1,9 @@
 //! Two stages at once, searched together: the best of each alone need not be the best pair.
 
+use super::candidate::{Candidate, is_a_cause};
 use super::cost::{Cost, Term};
 use super::grid::grid;
 use super::refine::refined;
-use super::search::{Candidate, is_a_cause};
 use super::tried::specs;
 use rayon::prelude::*;
 

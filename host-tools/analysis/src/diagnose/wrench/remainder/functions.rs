@@ -5,7 +5,7 @@
 //! quantity are: that friction, a spring or a weight has a form of its own is no reason not to call it so. Functions of
 //! position and time are without all simple laws: on a ramp of the velocity they look like friction.
 
-use crate::diagnose::wrench::prepared_log::PreparedLog;
+use crate::diagnose::wrench::regression::prepared_log::PreparedLog;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use softdock_control::frames::Pose;
 use softdock_physics::model::load::{Column, Scene};

@@ -14,12 +14,12 @@ mod ripple;
 pub(crate) use functions::Quantity;
 pub(crate) use ripple::{Ripple, ripples};
 
-use super::fitted::Fitted;
-use super::joint::Joint;
-use super::problem::subtract;
-use super::tested::Tested;
+use super::regression::fitted::Fitted;
+use super::regression::joint::{Joint, Smooth};
+use super::regression::problem::subtract;
+use super::regression::tested::Tested;
 use crate::diagnose::evidence;
-use crate::diagnose::structure::SLOW_HZ;
+use crate::diagnose::noise::structure::SLOW_HZ;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use softdock_physics::model::load::Column;
 use softdock_physics::model::{Axis, Model};
@@ -83,17 +83,6 @@ pub(crate) fn standings(
     };
     let effects = earlier.iter().chain(&tested.effects).enumerate();
     effects.map(standing).collect()
-}
-
-/// A smooth remainder as a search takes it: functions, each of which may take a little.
-#[derive(Clone, Debug)]
-pub(crate) struct Smooth {
-    /// For each log its functions, each times the standard deviation of its amplitude.
-    pub functions: Vec<Vec<Column>>,
-    /// Axes on which they are.
-    pub axes: Vec<Axis>,
-    /// Values on these axes that count as one.
-    pub kappa: f64,
 }
 
 /// The smooth remainder beside a hypothesis, with which a search may begin anew.

@@ -2,10 +2,10 @@
 //! pitch of a screw make it.
 
 use super::functions::Motion;
-use crate::diagnose::structure::LINE;
-use crate::diagnose::wrench::joint::Joint;
-use crate::diagnose::wrench::prepared_log::PreparedLog;
-use crate::diagnose::wrench::tested::Tested;
+use crate::diagnose::noise::structure::LINE;
+use crate::diagnose::wrench::regression::joint::Joint;
+use crate::diagnose::wrench::regression::prepared_log::PreparedLog;
+use crate::diagnose::wrench::regression::tested::Tested;
 use nalgebra::{DMatrix, DVector};
 use softdock_physics::model::Axis;
 use softdock_physics::optimise::brent;

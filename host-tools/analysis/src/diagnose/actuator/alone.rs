@@ -1,0 +1,199 @@
+//! The best values and axes of one stage, alone or beside given terms.
+
+use super::candidate::{AT_NOISE, Candidate};
+use super::cost::{AxisCost, Cost, Term};
+use super::grid::combinations;
+use super::refine::{improved, refined};
+use super::steps::best_step;
+use super::tried::specs;
+use crate::diagnose::evidence::{self, TOLD_APART, threshold};
+use rayon::prelude::*;
+use softdock_physics::model::stage::Stage;
+
+/// Gain on the grid below which a stage is not searched further.
+pub(super) const NEGLIGIBLE_GAIN: f64 = 5.0;
+
+/// Sets of axes that may have a stage of their own.
+pub(super) fn scopes(active: &[bool; 6]) -> Vec<[bool; 6]> {
+    let linear = std::array::from_fn(|i| i < 3 && active[i]);
+    let angular = std::array::from_fn(|i| i >= 3 && active[i]);
+    let mut scopes = vec![*active];
+    let count = active.iter().filter(|a| **a).count();
+    if count > 1 {
+        for scope in [linear, angular] {
+            if scope != *active && scope.contains(&true) {
+                scopes.push(scope);
+            }
+        }
+        for axis in (0..6).filter(|a| active[*a]) {
+            scopes.push(std::array::from_fn(|i| i == axis));
+        }
+    }
+    scopes
+}
+
+/// The best values of a stage beside given terms, which are refined with it.
+pub(super) fn best_single(
+    stage: Stage,
+    scopes: &[[bool; 6]],
+    cost: &Cost<'_>,
+    beside: &[Term],
+) -> Option<Candidate> {
+    let terms = if stage.has_units_of_its_axes() {
+        by_kind(stage, cost, beside)?
+    } else {
+        vec![best_scope(stage, scopes, cost, beside)?]
+    };
+    let all = [beside, &terms[..]].concat();
+    // What the grid does not show at all is not worth a search.
+    let hopeless = cost.of(beside) - cost.of(&all) < NEGLIGIBLE_GAIN && !slips_through(stage);
+    let all = if hopeless {
+        all
+    } else if stage.has_units_of_its_axes() {
+        refined(all, cost)
+    } else {
+        let scoped = rescoped(refined(all, cost), scopes, cost);
+        if beside.is_empty() {
+            on_all_axes(scoped, cost)
+        } else {
+            scoped
+        }
+    };
+    Some(Candidate::new(all, cost))
+}
+
+/// The last term on other axes, where these explain clearly more: the grid that they were chosen on
+/// is coarse, and a mode that is not quite right there is no better on the axes that have it.
+fn rescoped(terms: Vec<Term>, scopes: &[[bool; 6]], cost: &Cost<'_>) -> Vec<Term> {
+    let on = |scope: &[bool; 6]| {
+        let mut terms = terms.clone();
+        if let Some(last) = terms.last_mut() {
+            last.axes = *scope;
+        }
+        (cost.of(&terms), terms)
+    };
+    let best = scopes.iter().map(on).min_by(|a, b| a.0.total_cmp(&b.0));
+    match best {
+        Some((chi2, other)) if chi2 + TOLD_APART < cost.of(&terms) => refined(other, cost),
+        _ => terms,
+    }
+}
+
+/// What the grid saw on some axes only may be on all of them, with a value between its own.
+fn on_all_axes(terms: Vec<Term>, cost: &Cost<'_>) -> Vec<Term> {
+    let some = |t: &Term| (0..6).any(|axis| cost.active[axis] && !t.axes[axis]);
+    if !terms.iter().any(some) {
+        return terms;
+    }
+    let everywhere = terms.iter().map(|t| Term {
+        axes: cost.active,
+        ..t.clone()
+    });
+    let everywhere = refined(everywhere.collect(), cost);
+    if cost.of(&everywhere) < cost.of(&terms) + TOLD_APART {
+        everywhere
+    } else {
+        terms
+    }
+}
+
+/// Whether the best value may lie between two values of the grid that both make things worse.
+fn slips_through(stage: Stage) -> bool {
+    matches!(stage, Stage::Delay | Stage::Lag | Stage::Gain)
+}
+
+/// The costs of all axes on the grid of a stage beside given terms.
+fn table(
+    stage: Stage,
+    axes: &[bool; 6],
+    cost: &Cost<'_>,
+    beside: &[Term],
+) -> Vec<(Vec<f64>, [AxisCost; 6])> {
+    combinations(&specs(stage, &cost.scale(axes)))
+        .into_par_iter()
+        .map(|values| {
+            let term = Term {
+                stage,
+                values: values.clone(),
+                axes: *axes,
+            };
+            let terms = [beside, &[term]].concat();
+            let costs = cost.of_axes(&terms, axes);
+            (values, costs)
+        })
+        .collect()
+}
+
+/// The best values and the best set of axes for a stage.
+fn best_scope(
+    stage: Stage,
+    scopes: &[[bool; 6]],
+    cost: &Cost<'_>,
+    beside: &[Term],
+) -> Option<Term> {
+    let bare = cost.of_axes(beside, &cost.active);
+    let table = table(stage, scopes.first()?, cost, beside);
+    let mut best: Option<(f64, Term)> = None;
+    for scope in scopes {
+        for (values, costs) in &table {
+            let mixed = std::array::from_fn(|a| if scope[a] { costs[a] } else { bare[a] });
+            let chi2 = cost.total(&mixed);
+            if best.as_ref().is_none_or(|(least, _)| chi2 < least - 1e-9) {
+                let term = Term {
+                    stage,
+                    values: values.clone(),
+                    axes: *scope,
+                };
+                best = Some((chi2, term));
+            }
+        }
+    }
+    best.map(|b| b.1)
+}
+
+/// Translations and rotations with a value each, as far as both gain by it.
+fn by_kind(stage: Stage, cost: &Cost<'_>, beside: &[Term]) -> Option<Vec<Term>> {
+    let bare = cost.of_axes(beside, &cost.active);
+    let mut kinds: Vec<(f64, Term)> = Vec::new();
+    for kind in [0..3, 3..6] {
+        let axes: [bool; 6] = std::array::from_fn(|a| kind.contains(&a) && cost.active[a]);
+        if !axes.contains(&true) {
+            continue;
+        }
+        let of = |(values, costs): (Vec<f64>, [AxisCost; 6])| {
+            let mixed = std::array::from_fn(|a| if axes[a] { costs[a] } else { bare[a] });
+            (cost.total(&mixed), values)
+        };
+        let best = table(stage, &axes, cost, beside).into_iter().map(of);
+        let mut values = best.min_by(|a, b| a.0.total_cmp(&b.0))?.1;
+        if stage == Stage::CommandStep
+            && let Some(step) = best_step(&axes, cost)
+        {
+            values = vec![step];
+        }
+        let mut term = vec![Term {
+            stage,
+            values,
+            axes,
+        }];
+        // The grid is coarse: where there is something to explain, a kind is judged by its best
+        // value.
+        let of_kind = |terms: &[Term]| {
+            let all = [beside, terms].concat();
+            cost.total(&cost.of_axes(&all, &axes))
+        };
+        let noise = AT_NOISE * AT_NOISE * cost.count_of(&axes) as f64;
+        if of_kind(&[]) > noise {
+            term = improved(term, cost, &of_kind);
+        }
+        kinds.push((of_kind(&[]) - of_kind(&term), term.swap_remove(0)));
+    }
+    kinds.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut terms: Vec<Term> = Vec::new();
+    for (gain, term) in kinds {
+        if terms.is_empty() || gain > threshold(0.0) + evidence::price(cost.count()) {
+            terms.push(term);
+        }
+    }
+    (!terms.is_empty()).then_some(terms)
+}

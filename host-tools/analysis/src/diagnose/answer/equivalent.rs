@@ -1,0 +1,139 @@
+//! Effects that are others in other words: no log can tell them apart, or not this one.
+
+use crate::diagnose::finding::{Equivalent, Estimate, Parameters};
+use crate::diagnose::named::Named;
+use softdock_statistics::DEVIATIONS_95;
+
+/// The effect of the catalogue that is the same as some of the named ones.
+pub(crate) fn of<'a>(named: impl Iterator<Item = &'a Named> + Clone) -> Option<Equivalent> {
+    let find = |id: &str| named.clone().find(|n| n.effect.id == id);
+    let by_direction = || friction_by_direction(find("guide_coulomb")?, find("guide_offset")?);
+    let weight = || match find("bearing_gravity") {
+        None => weight(find("cable_stiffness")?),
+        Some(_) => None,
+    };
+    by_direction().or_else(weight)
+}
+
+/// A spring about a bearing that may bend as the sine of a weight does: k sin q = k q − k/6 q³ + ..
+fn weight(spring: &Named) -> Option<Equivalent> {
+    let stiffness = spring.estimates.get("stiffness_n_m_per_rad")?;
+    let hardening = spring.estimates.get("hardening_n_m_per_rad3")?;
+    if !(hardening.low..=hardening.high).contains(&(-stiffness.value / 6.0)) {
+        return None;
+    }
+    let sentence = format!(
+        "cable_stiffness may as well be the weight of a link (bearing_gravity, {:.3} N·m per rad about its lowest point): \
+         its interval of the hardening holds the bend of a sine. Larger swings tell one from the other, and who knows \
+         the joint.",
+        stiffness.value
+    );
+    let sine = Estimate {
+        unit: "N·m".to_owned(),
+        ..stiffness.clone()
+    };
+    let parameters = [("sine_n_m".to_owned(), sine)];
+    Some(Equivalent {
+        of: vec![spring.effect.id.clone()],
+        parameters: Parameters::from([("bearing_gravity".to_owned(), parameters.into())]),
+        sentence,
+    })
+}
+
+/// Dry friction with a constant force beside it.
+fn friction_by_direction(coulomb: &Named, offset: &Named) -> Option<Equivalent> {
+    let acts_at = |named: &Named| named.effect.parameters.get("acts_at").copied();
+    if acts_at(coulomb) != acts_at(offset) {
+        return None;
+    }
+    // About a bearing both are torques.
+    let (amount, suffix) = match coulomb.estimates.contains_key("force_n") {
+        true => ("force_n", "n"),
+        false => ("torque_n_m", "n_m"),
+    };
+    let (dry, constant) = (
+        coulomb.estimates.get(amount)?,
+        offset.estimates.get(amount)?,
+    );
+    // −F sgn v + F0: F − F0 against a motion forwards, F + F0 against one backwards.
+    let forward = sum(dry, constant, -1.0);
+    let backward = sum(dry, constant, 1.0);
+    if forward.value < 0.0 || backward.value < 0.0 {
+        return None;
+    }
+    let sentence = format!(
+        "guide_coulomb and guide_offset together are the same as a friction that differs by \
+         direction (guide_asymmetry): {:.3} {unit} forwards and {:.3} {unit} backwards. No log can tell one \
+         from the other; who knows the guide can.",
+        forward.value,
+        backward.value,
+        unit = dry.unit,
+    );
+    let parameters = [("forward", forward), ("backward", backward)];
+    let parameters = parameters.map(|(name, estimate)| (format!("{name}_{suffix}"), estimate));
+    Some(Equivalent {
+        of: [coulomb, offset].map(|n| n.effect.id.clone()).to_vec(),
+        parameters: Parameters::from([("guide_asymmetry".to_owned(), parameters.into())]),
+        sentence,
+    })
+}
+
+/// One estimate plus another, or minus it.
+fn sum(one: &Estimate, other: &Estimate, sign: f64) -> Estimate {
+    let deviation = |e: &Estimate| 0.5 * (e.high - e.low) / DEVIATIONS_95;
+    let value = one.value + sign * other.value;
+    let reach = DEVIATIONS_95 * deviation(one).hypot(deviation(other));
+    Estimate {
+        value,
+        unit: one.unit.clone(),
+        low: value - reach,
+        high: value + reach,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn named(id: &str, force_n: f64, acts_at: f64) -> Named {
+        Named::new(id, Vec::new())
+            .with("force_n", (force_n, 0.1), "N")
+            .choosing("acts_at", acts_at)
+    }
+
+    #[test]
+    fn a_spring_that_may_bend_as_a_sine_is_perhaps_a_weight() {
+        let spring = |hardening: f64, sigma: f64| {
+            Named::new("cable_stiffness", Vec::new())
+                .with("stiffness_n_m_per_rad", (6.0, 0.1), "N·m/rad")
+                .with("hardening_n_m_per_rad3", (hardening, sigma), "N·m/rad^3")
+        };
+        let said = of([&spring(0.5, 1.0)].into_iter());
+        let said = said.expect("a sine bends by -1 N·m/rad^3");
+        assert_eq!(said.parameters["bearing_gravity"]["sine_n_m"].value, 6.0);
+        assert_eq!(of([&spring(0.5, 0.1)].into_iter()), None);
+        let gravity = Named::new("bearing_gravity", Vec::new());
+        assert_eq!(of([&spring(0.5, 1.0), &gravity].into_iter()), None);
+    }
+
+    #[test]
+    fn friction_by_direction_is_friction_with_an_offset() {
+        let dry = named("guide_coulomb", 1.5, 0.0);
+        let said = of([&dry, &named("guide_offset", -0.5, 0.0)].into_iter());
+        let said = said.expect("the same as guide_asymmetry");
+        assert!(
+            said.sentence
+                .contains("2.000 N forwards and 1.000 N backwards"),
+            "{}",
+            said.sentence
+        );
+        let forward = &said.parameters["guide_asymmetry"]["forward_n"];
+        assert!((forward.high - 2.0 - DEVIATIONS_95 * 0.1 * 2.0_f64.sqrt()).abs() < 1e-9);
+        // Against the motion in one direction only: no friction does so.
+        let strong = named("guide_offset", 2.0, 0.0);
+        let elsewhere = named("guide_offset", 0.5, 1.0);
+        for other in [&strong, &elsewhere, &dry] {
+            assert_eq!(of([&dry, other].into_iter()), None);
+        }
+    }
+}

@@ -1,0 +1,369 @@
+//! What a diagnosis says beside its answer: what the logs lack, what was refused and why, what should be known of the numbers.
+
+use super::ranking;
+use super::unaccounted::Unaccounted;
+use super::verdict::{NO_SPACECRAFT, lacking, of_a_rig};
+use crate::compare::TOLERATED_NOISE;
+use crate::compare::sentence::listed;
+use crate::diagnose::actuator::{Candidate, Search};
+use crate::diagnose::evidence::NAMED;
+use crate::diagnose::finding::{Equivalent, NoiseFloor, Verdict};
+use crate::diagnose::named::Named;
+use crate::diagnose::noise::structure::SLOW_HZ;
+use crate::diagnose::prediction_error::error_reduction::ErrorReduction;
+use crate::diagnose::prediction_error::log_to_log::LogToLog;
+use crate::diagnose::stages::Stages;
+use crate::diagnose::wrench::{Disagreement, PreparedLog, Ripple};
+use softdock_physics::effects::CATALOGUE;
+use softdock_physics::model::load::Column;
+use softdock_physics::model::load::effects::LoadEffect;
+use softdock_physics::model::{Channel, Model};
+use softdock_report::number;
+use softdock_statistics::dot;
+
+/// An answer of which something is said.
+pub(crate) struct Answer<'a> {
+    /// The model that was asked about.
+    pub model: &'a Model,
+    /// What the stages found.
+    pub stages: &'a Stages,
+    /// Number of logs of the fit.
+    pub fitted: usize,
+    /// How it ends.
+    pub verdict: Verdict,
+    /// What is named, and what is not.
+    pub reduction: &'a ErrorReduction,
+    /// What differs from log to log.
+    pub log_to_log: Option<LogToLog>,
+    /// What is left.
+    pub rest: &'a Unaccounted,
+    /// What is the same as what is named.
+    pub equivalent: Option<&'a Equivalent>,
+}
+
+impl Answer<'_> {
+    /// All notes. `unexplained`: something is left without a name; `in_sample`: there is no unseen data.
+    pub(crate) fn all(&self, unexplained: bool, in_sample: bool) -> Vec<String> {
+        let mut notes = self.stages.before.shown().notes.clone();
+        notes.extend(self.of_logs(in_sample));
+        notes.extend(self.of_search());
+        notes.extend(
+            self.stages
+                .noise
+                .iter()
+                .filter_map(|floor| of_noise(floor, self.stages)),
+        );
+        if self.rest.remainder.share > 0.0 && !unexplained {
+            notes.push(format!(
+                "{:.2} % of the error is left with structure: {}.",
+                100.0 * self.rest.remainder.share,
+                self.rest.remainder.follows
+            ));
+        }
+        let hypothesis = self.rest.ripples.iter().find_map(Ripple::hypothesis);
+        notes.extend(hypothesis.map(|hypothesis| {
+            format!(
+                "An own hypothesis can say what repeats along the axis, one for each period: {hypothesis} (docs/own-hypothesis.md)."
+            )
+        }));
+        notes.extend(self.of_each_log());
+        notes.extend(self.of_refused());
+        notes.extend(self.of_parameters());
+        notes
+    }
+
+    /// What the logs lack.
+    fn of_logs(&self, in_sample: bool) -> Vec<String> {
+        let Self { model, stages, .. } = self;
+        let lacking = lacking(stages).into_iter();
+        let lacking = lacking.filter(|lack| of_a_rig(stages) || *lack != NO_SPACECRAFT);
+        let mut notes: Vec<String> = lacking.map(str::to_owned).collect();
+        if stages.logs.have_own_origins() {
+            let turns = model.bearing().is_some();
+            let by_position = CATALOGUE.iter().filter(|e| e.acts_by_position(turns));
+            let ids: Vec<&str> = by_position.map(|effect| effect.id).collect();
+            notes.push(format!(
+            "Not tested: {}. The logs hold velocities and no positions, so that each has an origin of its own; map the \
+             position.",
+            ids.join(", ")
+        ));
+        }
+        if in_sample {
+            notes.push(
+            "There is no unseen data: the end of the log holds too little motion to judge on, so \
+             the effects are judged on the data that they were fitted on. Give a second log with \
+             --test."
+                .to_owned(),
+        );
+        }
+        notes
+    }
+
+    /// What the search could not decide.
+    fn of_search(&self) -> Vec<String> {
+        let stages = self.stages;
+        let mut notes = Vec::new();
+        for id in stages.actuator.iter().flat_map(|a| undecided(&a.search)) {
+            notes.push(format!(
+            "The log does not tell which form of {id} it is; the interval spans all that fit as well."
+        ));
+        }
+        if let Some(steps) = stages.wrench.as_ref().and_then(|w| w.found.ended_after) {
+            notes.push(format!(
+            "The search for effects on the wrench was ended after {steps} steps, each with more \
+             evidence than the one before: no few effects explain this log; check its units and the \
+             model file."
+        ));
+        }
+        let beside = stages
+            .wrench
+            .iter()
+            .filter_map(|w| w.beside_remainder.as_ref());
+        let mut logs = stages.wrench.iter().flat_map(|w| &w.prepared.logs);
+        let touches = logs.any(|log| log.scene.touches_anything());
+        for one in beside.flat_map(|beside| &beside.imitated) {
+            let reason = match one.evidence < NAMED {
+                true => format!(
+                    "the evidence for it is {:.0}, {NAMED:.0} are needed",
+                    one.evidence
+                ),
+                false => "its 95 % interval holds 0".to_owned(),
+            };
+            notes.push(format!(
+                "{} is not told from a smooth remainder, functions of position, velocity, \
+             acceleration{} and time in its place: {reason}.",
+                one.id,
+                if touches { ", contact depth" } else { "" }
+            ));
+        }
+        let in_place = stages.wrench.iter();
+        for id in in_place.flat_map(|w| &w.found.curve_in_place_of) {
+            notes.push(format!(
+            "{id} would explain more, and is not told from a curve that fits many mechanisms in its place."
+        ));
+        }
+        notes
+    }
+
+    /// What differs from log to log.
+    fn of_each_log(&self) -> Vec<String> {
+        let wrench = self.stages.wrench.as_ref();
+        match self.verdict {
+            Verdict::LogsDisagree => {
+                let all = wrench.iter().flat_map(|w| &w.found.disagreeing);
+                all.flat_map(|one| amounts_of_logs(one, self.fitted))
+                    .collect()
+            }
+            Verdict::Named => self.log_to_log.iter().map(from_log_to_log).collect(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// What is not named, and why.
+    fn of_refused(&self) -> Vec<String> {
+        let reduction = self.reduction;
+        let curves = self.rest.curves.iter().map(|id| {
+            let ids = ranking::with_shape(self.stages, id);
+            let others = if ids.len() > 1 { " with what it needs beside it" } else { "" };
+            format!(
+                "{id} is a curve that fits many mechanisms, and is not named; `softdock add MODEL {} --fit LOG` adds it{others}.",
+                ids.join(" ")
+            )
+        });
+        let same = self.equivalent.iter().map(|same| same.sentence.clone());
+        let undetermined = reduction.undetermined.iter().map(|id| {
+            format!("{id} is not named: the 95 % intervals of all its parameters hold 0.")
+        });
+        let done_without = reduction.done_without.iter().map(|id| {
+            let with = reduction
+                .late
+                .as_deref()
+                .unwrap_or("a friction that turns round over a speed");
+            format!("{id} is not named: {with} foretells unseen data better without it.")
+        });
+        let refused = reduction.refused.iter().map(|(id, without, with)| {
+            format!(
+                "{id} is not named: with it the error on unseen data goes from {without:.2} to {with:.2}; something of \
+                 another form is there."
+            )
+        });
+        curves
+            .chain(same)
+            .chain(undetermined)
+            .chain(done_without)
+            .chain(refused)
+            .collect()
+    }
+
+    /// How the parameters of what is named were found.
+    fn of_parameters(&self) -> Vec<String> {
+        let reduction = self.reduction;
+        let late = reduction.late.iter().map(|late| {
+            format!(
+                "{late} was found by least squares, which leave less of the logs of the fit and of unseen data with it and a friction that turns round over a speed. \
+                 The likelihood that weighs errors as the noise has them prefers a sharper reversal, beside which nothing looks late."
+            )
+        });
+        let wrench = self.stages.wrench.as_ref();
+        let in_rounds = wrench.is_some_and(|found| !found.earlier.0.is_empty());
+        let intervals = match in_rounds || reduction.late.is_some() {
+            true => "",
+            false => " The intervals hold both.",
+        };
+        let refitted = reduction.refitted.iter().map(|[before, after]| {
+            format!(
+                "Parameters, and how a friction turns round, are those of least squares: these foretell unseen data {:.1} % better than those of the likelihood \
+                 that decides on names, which weighs errors as the noise has them and holds what it has found first while it looks for more: the form of a law is \
+                 not quite that of the machine, or what was found first has other amounts beside the rest.{intervals}",
+                100.0 * (1.0 - after / before)
+            )
+        });
+        let mut notes: Vec<String> = late.chain(refitted).collect();
+        let named = || reduction.named.iter().map(|(named, _)| named);
+        if !matches!(self.verdict, Verdict::Unexplained | Verdict::LogsDisagree) {
+            notes.extend(named().filter_map(|one| one.choice(of_a_rig(self.stages))));
+        }
+        if self.verdict != Verdict::LogsDisagree {
+            let wrench = self.stages.wrench.iter();
+            notes.extend(
+                wrench.flat_map(|found| named().filter_map(|one| one.at_its_end(&found.prepared))),
+            );
+            notes.extend(self.cancelling());
+        }
+        notes
+    }
+
+    /// Effects of which each takes most of another back.
+    fn cancelling(&self) -> Vec<String> {
+        /// Times what two effects do together that each of them does alone: its amount is that much less certain than both together.
+        /// Set by hand.
+        const CANCELS: f64 = 5.0;
+        let wrench = self.stages.wrench.as_ref();
+        let Some(log) = wrench.and_then(|found| found.prepared.logs.first()) else {
+            return Vec::new();
+        };
+        let part = |named: &Named| {
+            let effect = LoadEffect::find(&log.scene.model, &named.effect.id)?;
+            let part = effect.contribution(&log.scene, &named.effect.parameters);
+            (!effect.is_late()).then_some((effect.id, part))
+        };
+        let named = self.reduction.named.iter();
+        let parts: Vec<(&str, Column)> = named.filter_map(|(named, _)| part(named)).collect();
+        let size = |column: &Column| {
+            let axes = column.0.iter().zip(log.sheet_sigma);
+            let squares = axes.map(|(series, sigma)| dot(series, series) / (sigma * sigma));
+            squares.sum::<f64>().sqrt()
+        };
+        let pairs = (0..parts.len()).flat_map(|one| (0..one).map(move |other| (other, one)));
+        let said = pairs.filter_map(|(one, other)| {
+            let [(one, part), (other, counter)] = [&parts[one], &parts[other]];
+            let mut both = part.clone();
+            both.add(&counter.0);
+            let times = size(part).min(size(counter)) / size(&both);
+            (times > CANCELS).then(|| {
+                format!(
+                    "`{one}` and `{other}` nearly cancel: each alone is {times:.0} times or more what both are together on the log of the fit, so that their sum is known much \
+                     better than either; elsewhere, or at larger angles and displacements, they may not cancel."
+                )
+            })
+        });
+        said.collect()
+    }
+}
+
+/// What the noise of a channel is, other than that of the model file.
+fn of_noise(floor: &NoiseFloor, stages: &Stages) -> Option<String> {
+    let ratio = floor.measured / floor.data_sheet;
+    // The filter of an import leaves nothing that is faster than its cutoff; nor does a log have it beyond half of its rate.
+    let filter = stages.wrench.iter().flat_map(|w| &w.prepared.logs);
+    let mut filters = filter.filter_map(|log| log.scene.model.sensor.filter);
+    let has_none = floor.channel == Channel::Wrench && filters.any(|f| f.cutoff_hz <= SLOW_HZ);
+    let is_slow = 0.5 / stages.logs.shown().cycle_s <= SLOW_HZ;
+    if ratio < 1.0 / TOLERATED_NOISE {
+        let noise = match has_none || is_slow {
+            true => "the noise that the log shows".to_owned(),
+            false => format!("what is faster than {SLOW_HZ} Hz"),
+        };
+        return Some(format!(
+            "{} {}: {noise} is {ratio:.2} times the noise of the model file, which is too large: errors in its units look small. Evidence and intervals take the noise from the log.",
+            floor.channel, floor.axis
+        ));
+    }
+    if has_none || is_slow || ratio <= TOLERATED_NOISE {
+        return None;
+    }
+    let filter = match floor.channel {
+        Channel::Wrench if differentiates(stages) => {
+            " If that is the acceleration of differentiated positions, what follows from it is not told from \
+             noise, nor is a delay: a [filter] in the mapping of the import keeps the motion and cuts the rest."
+        }
+        _ => "",
+    };
+    Some(format!(
+        "{} {}: what is faster than {SLOW_HZ} Hz is {ratio:.2} times the noise of the model file: noise, or a fast error of \
+         the model.{filter}",
+        floor.channel, floor.axis
+    ))
+}
+
+/// What of an effect differs from the logs of the fit to the unseen ones.
+fn from_log_to_log(one: &LogToLog) -> String {
+    let digits = |value: &f64| number::significant(*value, 3);
+    let unit = match one.parameter.1 {
+        "-" => String::new(),
+        unit => format!(" {unit}"),
+    };
+    let [with, own] = one.errors;
+    let unseen: Vec<String> = one.unseen.iter().map(digits).collect();
+    format!(
+        "Most of what is left of the unseen data is as if {} differed from log to log: with {} = {}{unit} instead of {}{unit} the error of the \
+         wrench there would be {own:.2} units of noise, and is {with:.2}.",
+        one.effect,
+        one.parameter.0,
+        listed(&unseen),
+        digits(&one.fitted),
+    )
+}
+
+/// What each log alone says of an effect about which they disagree.
+fn amounts_of_logs(one: &Disagreement, fitted: usize) -> impl Iterator<Item = String> {
+    one.amounts.iter().map(move |(name, unit, of_logs)| {
+        let values: Vec<String> = of_logs.iter().map(|v| number::significant(*v, 3)).collect();
+        let unseen = match values.get(fitted..) {
+            Some(unseen @ [_, ..]) => format!("; those of --test {}", listed(unseen)),
+            _ => String::new(),
+        };
+        let of_fit = listed(&values[..fitted.min(values.len())]);
+        let unit = match *unit {
+            "-" => String::new(),
+            unit => format!(" in {unit}"),
+        };
+        format!(
+            "{} {name}{unit}, each log alone: those of the fit {of_fit}{unseen}.",
+            one.id
+        )
+    })
+}
+
+/// Whether accelerations are differences of recorded positions or velocities, and nothing smooths them.
+fn differentiates(stages: &Stages) -> bool {
+    let raw = |log: &PreparedLog| log.scene.model.sensor.filter.is_none();
+    let mut logs = stages.wrench.iter().flat_map(|w| &w.prepared.logs);
+    logs.any(raw) && !stages.logs.all.iter().any(|log| log.is_commanded())
+}
+
+/// Effects whose form the log does not tell.
+fn undecided(search: &Search) -> Vec<&'static str> {
+    let accepted = search.accepted.iter().flat_map(|c| &c.terms);
+    let mut ids: Vec<&str> = accepted
+        .enumerate()
+        .filter(|(i, term)| {
+            let differs =
+                |form: &Candidate| form.terms.get(*i).is_some_and(|t| t.stage != term.stage);
+            search.equal_forms.iter().any(differs)
+        })
+        .map(|(_, term)| term.stage.id())
+        .collect();
+    ids.dedup();
+    ids
+}

@@ -1,0 +1,227 @@
+//! From what the stages found to a verdict.
+
+use super::closest_rival;
+use super::equivalent;
+use super::notes::Answer;
+use super::ranking;
+use super::regions;
+use super::sentence;
+use super::unaccounted::Unaccounted;
+use super::verdict::{Judged, of_a_rig};
+use crate::diagnose::evidence;
+use crate::diagnose::finding::{Diagnosis, Equivalent, Nominal, Ranked, Region, RunnerUp, Verdict};
+use crate::diagnose::logs::Logs;
+use crate::diagnose::named::{Named, with_effects};
+use crate::diagnose::prediction_error::error_reduction::ErrorReduction;
+use crate::diagnose::prediction_error::left_over::left_over;
+use crate::diagnose::prediction_error::log_to_log::from_log_to_log;
+use crate::diagnose::question::Question;
+use crate::diagnose::stages::Stages;
+use crate::diagnose::wrench::left::Left;
+use crate::levels::{BeforeAfter, ChannelLevels, Step};
+use softdock_io::recording::Recording;
+use softdock_physics::model::Model;
+use softdock_physics::model::load::effects::LoadEffect;
+use softdock_physics::model::prediction::Prediction;
+use softdock_statistics::DEVIATIONS_95;
+use std::collections::BTreeMap;
+
+/// What a diagnosis concludes, and the model with what was named.
+pub(crate) struct Outcome {
+    /// For the user.
+    pub diagnosis: Diagnosis,
+    /// The model with the named effects.
+    pub after: Model,
+    /// Predictions with it.
+    pub predictions: Logs<Prediction>,
+}
+
+/// Draws the conclusion; `unseen`: the second log was given, not held back.
+pub(crate) fn conclude(
+    model: &Model,
+    recordings: &Logs<&Recording>,
+    stages: &Stages,
+    unseen: bool,
+    question: &Question<'_>,
+) -> anyhow::Result<Outcome> {
+    let (reduction, predictions) = ErrorReduction::of(model, recordings, stages, question)?;
+    let named: Vec<&Named> = reduction.named.iter().map(|(named, _)| named).collect();
+    let after = with_effects(model, named.iter().copied());
+    let found: Vec<String> = named.iter().map(|n| n.effect.id.clone()).collect();
+    // Beside what is named, what was refused is an error of form, which notes tell. Where nothing is, all of it is left.
+    let refused = reduction.refused.iter().map(|(id, ..)| id);
+    let refused = refused.chain(&reduction.undetermined);
+    let refused: Vec<&String> = refused.filter(|_| found.is_empty()).collect();
+    let left = left_over(stages, &predictions, &refused);
+    let in_sample = recordings.fitted == recordings.all.len();
+    let judged = Judged::new(model, stages, question, found, &left, in_sample);
+    let rest = Unaccounted::new(stages, &left, &judged);
+    let same = equivalent::of(named.iter().copied()).filter(|_| !judged.is_unnamed());
+    let asks_logs = judged.verdict == Verdict::Named && !question.of_one_log;
+    let log_to_log = asks_logs
+        .then(|| from_log_to_log(&after, recordings, &predictions, &named))
+        .flatten();
+    let notes = Answer {
+        model,
+        stages,
+        fitted: recordings.fitted,
+        verdict: judged.verdict,
+        reduction: &reduction,
+        log_to_log,
+        rest: &rest,
+        equivalent: same.as_ref(),
+    };
+    let notes = notes.all(judged.unexplained, in_sample);
+    let of_all_logs = of_all_logs(stages, &reduction);
+    let said = Said {
+        stages,
+        late: reduction.late.as_ref().map(|_| model),
+        named,
+        left: &left,
+        judged: &judged,
+        rest,
+        predictions: &predictions,
+    };
+    let mut diagnosis = said.diagnosis(same, reduction.steps, notes, unseen);
+    if let Some(why) = of_all_logs {
+        diagnosis.is_of_all_logs(why);
+    }
+    diagnosis.sentence = sentence::of(&diagnosis, &left, judged.stands_still);
+    Ok(Outcome {
+        diagnosis,
+        after,
+        predictions,
+    })
+}
+
+/// What is said of what was found.
+struct Said<'a> {
+    stages: &'a Stages,
+    /// The model, if what moves the reading in time was found by what it foretells.
+    late: Option<&'a Model>,
+    named: Vec<&'a Named>,
+    left: &'a [Left],
+    judged: &'a Judged,
+    rest: Unaccounted,
+    predictions: &'a Logs<Prediction>,
+}
+
+impl Said<'_> {
+    /// Without the sentence over all.
+    fn diagnosis(
+        self,
+        equivalent: Option<Equivalent>,
+        steps: Vec<Step>,
+        notes: Vec<String>,
+        unseen: bool,
+    ) -> Diagnosis {
+        let (stages, judged, predictions) = (self.stages, self.judged, self.predictions);
+        let ranked = ranking::ranked(stages);
+        let (runner_up, further_ties) = closest_rival::all(&judged.found, &self.rivals(&ranked));
+        let named = self.named.iter();
+        Diagnosis {
+            sentence: String::new(),
+            verdict: judged.verdict,
+            experiment: runner_up.as_ref().and_then(|rival| {
+                closest_rival::experiment(judged.named().first(), rival, of_a_rig(stages))
+            }),
+            parameters: named
+                .map(|n| (n.effect.id.clone(), n.estimates.clone()))
+                .collect(),
+            equivalent,
+            effects: judged.named().to_vec(),
+            probability: self.probability(runner_up.iter().chain(&further_ties).collect()),
+            nominal: nominal(stages),
+            residual_rms_sigma: BeforeAfter {
+                before: ChannelLevels::of(stages.before.test()),
+                after: ChannelLevels::of(predictions.test()),
+            },
+            steps,
+            runner_up,
+            further_ties,
+            regions: self.regions(),
+            looks_like: self.rest.looks_like(judged),
+            remainder: self.rest.remainder,
+            ranked: ranking::reported(&ranked, &judged.found),
+            strongest_evidence: ranking::strongest(stages),
+            noise: stages.noise.clone(),
+            notes,
+            unseen,
+            in_sample: predictions.fitted == predictions.all.len(),
+            of_all_logs: None,
+            seconds: 0.0,
+            disagreeing: judged.disagreeing.clone(),
+        }
+    }
+
+    /// Hypotheses that may be rivals. Of what the likelihood could not find its χ² says nothing: what has nothing late foretells
+    /// worse.
+    fn rivals(&self, ranked: &[Ranked]) -> Vec<Ranked> {
+        let is_late = |model: &Model, id: &String| {
+            LoadEffect::find(model, id).is_some_and(LoadEffect::is_late)
+        };
+        let may_be = |r: &&Ranked| {
+            let late = |model| r.effects.iter().any(|id| is_late(model, id));
+            self.late.is_none_or(late)
+        };
+        ranked.iter().filter(may_be).cloned().collect()
+    }
+
+    /// Of each named effect, beside its rivals.
+    fn probability(&self, rivals: Vec<&RunnerUp>) -> BTreeMap<String, f64> {
+        match self.judged.is_unnamed() {
+            true => BTreeMap::new(),
+            false => probabilities(&self.named, &rivals, self.rest.remainder.share > 0.0),
+        }
+    }
+
+    /// Where it shows: what is left, or what is explained.
+    fn regions(&self) -> Vec<Region> {
+        match self.judged.is_unnamed() {
+            true => regions::left_over(self.left, self.stages),
+            false => {
+                let [before, after] = [&self.stages.before, self.predictions].map(Logs::shown);
+                regions::explained(before, after, self.stages)
+            }
+        }
+    }
+}
+
+/// Why what is named has the parameters of all logs, if it has: least squares are those of the logs of the fit.
+fn of_all_logs(stages: &Stages, reduction: &ErrorReduction) -> Option<String> {
+    let of_search = reduction.refitted.is_none() && !reduction.named.is_empty();
+    let wrench = stages.wrench.as_ref().filter(|_| of_search)?;
+    wrench.found.accepted.as_ref()?.of_all_logs.clone()
+}
+
+/// Probability of each named effect: of two that the logs do not tell apart none is certain.
+fn probabilities(
+    named: &[&Named],
+    rivals: &[&RunnerUp],
+    leaves_structure: bool,
+) -> BTreeMap<String, f64> {
+    let of = |named: &&Named| {
+        // A rival that fits better, but in whose place a simpler one was taken, is as likely.
+        let own = named.support.against.max(0.0);
+        let of_it = rivals.iter().find(|rival| rival.of == named.effect.id);
+        let against = of_it.map_or(own, |rival| own.min(rival.against()));
+        let probability = evidence::probability(against, leaves_structure);
+        (named.effect.id.clone(), probability)
+    };
+    named.iter().map(of).collect()
+}
+
+/// Nominal parameters beside what was found.
+fn nominal(stages: &Stages) -> BTreeMap<String, Nominal> {
+    let of = |(name, value, sigma, tolerances): &(String, f64, f64, f64)| {
+        let reach = DEVIATIONS_95 * sigma;
+        let nominal = Nominal {
+            value: *value,
+            low: value - reach,
+            high: value + reach,
+            tolerances: *tolerances,
+        };
+        (name.clone(), nominal)
+    };
+    stages.nominal.iter().map(of).collect()
+}

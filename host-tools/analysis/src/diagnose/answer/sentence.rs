@@ -1,0 +1,159 @@
+//! The diagnosis in a sentence or two.
+
+use crate::compare::TOLERATED_NOISE;
+use crate::compare::sentence::listed;
+use crate::diagnose::finding::{Diagnosis, TOGETHER, Verdict};
+use crate::diagnose::noise::structure::Structure;
+use crate::diagnose::wrench::left::Left;
+use softdock_report::number;
+
+/// Share of the error that is left from which the sentence tells it.
+const TOLD: f64 = 0.01;
+/// Percentage of it that is told as all of it.
+const ALL: f64 = 99.5;
+
+/// Says what is missing, how far the error falls, and what is not certain.
+pub(crate) fn of(diagnosis: &Diagnosis, left: &[Left], stands_still: bool) -> String {
+    match diagnosis.verdict {
+        Verdict::Named => named(diagnosis),
+        Verdict::NothingMissing => nothing_missing(diagnosis),
+        Verdict::Unexplained => unexplained(diagnosis, left),
+        Verdict::LogsDisagree => logs_disagree(diagnosis),
+        Verdict::NotTestable if stands_still => {
+            "The logs cannot say what is missing: the rig stands still \
+             in them. Record a run in which it moves."
+                .to_owned()
+        }
+        Verdict::NotTestable => "The logs cannot say what is missing: they hold neither commanded \
+             velocities, nor a wrench, nor velocities of the model of the spacecraft."
+            .to_owned(),
+    }
+}
+
+/// The sentence about logs of two rigs, which begins with what their settings say.
+pub(crate) fn of_two_rigs(settings: &str, sentence: &str) -> String {
+    format!(
+        "{settings}: they are of two rigs, and what differs may show as an error of the model. {sentence}"
+    )
+}
+
+/// Of an effect, or of those that are a rival together.
+fn title(id: &str) -> String {
+    if id.contains(TOGETHER) {
+        let each: Vec<String> = id.split(TOGETHER).map(title).collect();
+        return format!("{} together", listed(&each));
+    }
+    softdock_physics::effects::by_id(id).map_or_else(
+        || format!("your own hypothesis `{id}`"),
+        |effect| format!("{} ({id})", effect.title),
+    )
+}
+
+fn nothing_missing(diagnosis: &Diagnosis) -> String {
+    let level = diagnosis.residual_rms_sigma.after.rms();
+    let remainder = &diagnosis.remainder;
+    if remainder.share > 0.0 {
+        return format!(
+            "The catalogue knows nothing more that is missing: of what the model explains {} % is left with structure ({}), \
+             {level:.2} in units of the model file's noise.",
+            number::significant(100.0 * remainder.share, 2),
+            remainder.follows
+        );
+    }
+    if level > TOLERATED_NOISE {
+        return format!(
+            "Nothing is missing that these logs show: what remains ({level:.2} in units of the model file's noise) is more than its \
+             noise, and is not told from noise of another size or colour; `softdock compare` says where it stands."
+        );
+    }
+    format!(
+        "Nothing is missing: what remains ({level:.2} in units of the model file's noise) is noise."
+    )
+}
+
+fn named(diagnosis: &Diagnosis) -> String {
+    let names: Vec<String> = diagnosis.effects.iter().map(|id| title(id)).collect();
+    let (before, after) = (
+        diagnosis.residual_rms_sigma.before.rms(),
+        diagnosis.residual_rms_sigma.after.rms(),
+    );
+    let data = match (diagnosis.unseen, diagnosis.of_all_logs.is_some()) {
+        _ if diagnosis.in_sample => "the data of the fit",
+        (true, true) => "the data of the test, which took part in the fit,",
+        (true, false) => "unseen data",
+        (false, true) => "the end of the log, which took part in the fit,",
+        (false, false) => "the end of the log, which the fit has not seen,",
+    };
+    let goes = if after < before { "falls" } else { "goes" };
+    let with = if names.len() > 1 { "them" } else { "it" };
+    let mut text = format!(
+        "Missing: {}. With {with} the error on {data} {goes} from {before:.2} to {after:.2} in units of \
+         the model file's noise.",
+        listed(&names)
+    );
+    text.push_str(&left_over(diagnosis));
+    for rival in diagnosis.runner_up.iter().chain(&diagnosis.further_ties) {
+        let others: Vec<String> = rival.not_told_from().map(title).collect();
+        if !others.is_empty() {
+            let others = others.join(", nor from ");
+            text.push_str(&format!(
+                " This log does not tell {} from {others}.",
+                title(&rival.of)
+            ));
+        }
+    }
+    text
+}
+
+fn logs_disagree(diagnosis: &Diagnosis) -> String {
+    let names: Vec<String> = diagnosis.disagreeing.iter().map(|id| title(id)).collect();
+    format!(
+        "The logs disagree: the amounts of what looks like {} differ from log to log. The logs are not of one machine in \
+         one state, or the machine depends on something that the catalogue does not know (a frequency, a temperature).",
+        listed(&names)
+    )
+}
+
+fn unexplained(diagnosis: &Diagnosis, left: &[Left]) -> String {
+    let mut places: Vec<String> = left
+        .iter()
+        .filter(|l| l.any())
+        .flat_map(Left::structured)
+        .map(|(channel, axis, each)| {
+            let channel = channel.name().replace('_', " ");
+            let words = each.last().map(Structure::words).unwrap_or_default();
+            format!("{channel} {axis} ({words})")
+        })
+        .collect();
+    places.dedup();
+    let mut text = format!(
+        "Something is missing that no effect of the catalogue accounts for. It shows in {}.",
+        places.join(", ")
+    );
+    if !diagnosis.looks_like.is_empty() {
+        let names: Vec<String> = diagnosis.looks_like.iter().map(|id| title(id)).collect();
+        text.push_str(&format!(
+            " In part it looks like {}.",
+            names.join(", or like ")
+        ));
+    }
+    text.push_str(&left_over(diagnosis));
+    text
+}
+
+/// How much is left, and what it follows; nothing where it is little. Where nothing explains more than an offset does, all of it
+/// is left, and the share says nothing.
+fn left_over(diagnosis: &Diagnosis) -> String {
+    let remainder = &diagnosis.remainder;
+    if remainder.share <= TOLD {
+        return String::new();
+    }
+    let percent = 100.0 * remainder.share;
+    if percent >= ALL {
+        return format!(" What shows: {}.", remainder.follows);
+    }
+    format!(
+        " {percent:.0} % is left with structure ({}).",
+        remainder.follows
+    )
+}

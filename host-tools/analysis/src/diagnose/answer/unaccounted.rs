@@ -1,0 +1,122 @@
+//! What no named effect accounts for: how much of the error it is, and what can be said of it.
+
+use super::ranking;
+use super::verdict::Judged;
+use crate::diagnose::finding::{Remainder, Verdict};
+use crate::diagnose::noise::structure::Structure;
+use crate::diagnose::stages::Stages;
+use crate::diagnose::wrench::finding::WrenchFinding;
+use crate::diagnose::wrench::left::Left;
+use crate::diagnose::wrench::{self, OtherSign, Ripple};
+use softdock_physics::model::Channel;
+
+/// Share of a smooth remainder from which it is said what it follows.
+const FOLLOWS: f64 = 0.1;
+
+/// What no named effect accounts for.
+pub(crate) struct Unaccounted {
+    /// How much it is, and what it follows.
+    pub(crate) remainder: Remainder,
+    /// Curves that it looks like.
+    pub(crate) curves: Vec<String>,
+    /// What repeats along an axis.
+    pub(crate) ripples: Vec<Ripple>,
+}
+
+impl Unaccounted {
+    pub(crate) fn new(stages: &Stages, left: &[Left], judged: &Judged) -> Self {
+        // A curve beside which nothing is left says nothing.
+        let curves = match !judged.asked && left.iter().any(Left::is_structured) {
+            true => ranking::shapes(stages),
+            false => Vec::new(),
+        };
+        let (mut remainder, of_wrench) = remainder(stages, left);
+        let ripples = match of_wrench {
+            true => ripples(stages),
+            false => Vec::new(),
+        };
+        if !ripples.is_empty() {
+            remainder.follows = format!("{}; {}", each_ripple(&ripples), remainder.follows);
+        }
+        if judged.verdict == Verdict::Unexplained {
+            say_other_sign(stages, &mut remainder);
+        }
+        Self {
+            remainder,
+            curves,
+            ripples,
+        }
+    }
+
+    /// What it looks like, without that being proven.
+    pub(crate) fn looks_like(&self, judged: &Judged) -> Vec<String> {
+        let found = judged.found.iter().filter(|_| judged.is_unnamed());
+        self.curves.iter().chain(found).cloned().collect()
+    }
+}
+
+/// What is left with structure of the channel that has most of it, and whether that is the wrench.
+fn remainder(stages: &Stages, left: &[Left]) -> (Remainder, bool) {
+    let structured = left.iter().filter(|left| left.is_structured());
+    let most = structured.max_by(|a, b| a.share.total_cmp(&b.share));
+    let Some(most) = most else {
+        return (Remainder::default(), false);
+    };
+    let of_wrench = most
+        .axes
+        .first()
+        .is_some_and(|axis| axis.0 == Channel::Wrench);
+    let found = stages.wrench.iter().filter(|_| of_wrench);
+    let beside = found.filter_map(|found| found.beside_remainder.as_ref());
+    let functions = beside.flat_map(|beside| &beside.remainder.follows);
+    let words: Vec<String> = functions
+        .filter(|(_, _, share)| *share > FOLLOWS)
+        .map(|(axis, quantity, share)| {
+            let (channel, words) = (Channel::Wrench, quantity.words());
+            format!("{channel} {axis}: {:.0} % follows {words}", 100.0 * share)
+        })
+        .collect();
+    let structure = most.structured().map(|(channel, axis, each)| {
+        let words = each.last().map(Structure::words).unwrap_or_default();
+        format!("{channel} {axis}: {words}")
+    });
+    let remainder = Remainder {
+        share: most.share,
+        follows: match words.is_empty() {
+            true => structure.collect::<Vec<_>>().join("; "),
+            false => words.join("; "),
+        },
+    };
+    (remainder, of_wrench)
+}
+
+/// What repeats along an axis in what is left of the wrench.
+fn ripples(stages: &Stages) -> Vec<Ripple> {
+    let of = |found: &WrenchFinding| {
+        let accepted = found.found.accepted.as_ref();
+        wrench::ripples(&found.prepared, accepted, &found.structured_axes())
+    };
+    stages.wrench.as_ref().map_or(Vec::new(), of)
+}
+
+fn each_ripple(ripples: &[Ripple]) -> String {
+    let of = |ripple: &Ripple| format!("{} {}: {}", Channel::Wrench, ripple.axis, ripple.words());
+    ripples.iter().map(of).collect::<Vec<_>>().join("; ")
+}
+
+/// Says what law the reading follows with a sign that physics forbids it.
+fn say_other_sign(stages: &Stages, remainder: &mut Remainder) {
+    let is_asked = |found: &&WrenchFinding| found.left().is_structured();
+    let other_sign = stages.wrench.as_ref().filter(is_asked).and_then(|found| {
+        let accepted = found.found.accepted.clone().unwrap_or_default();
+        wrench::other_sign(&found.prepared, &accepted)
+    });
+    if let Some(OtherSign { id, amount, share }) = other_sign {
+        remainder.follows = format!(
+            "{:.0} % of what is left of the wrench is like {id} with {amount}, a sign that physics forbids it; an own hypothesis \
+             can say what acts so; {}",
+            100.0 * share,
+            remainder.follows
+        );
+    }
+}

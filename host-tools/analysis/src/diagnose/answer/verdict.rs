@@ -1,0 +1,199 @@
+//! How a diagnosis ends, by what the stages found.
+
+use crate::diagnose::finding::Verdict;
+use crate::diagnose::question::Question;
+use crate::diagnose::stages::Stages;
+use crate::diagnose::wrench::left::Left;
+use softdock_physics::model::prediction::Prediction;
+use softdock_physics::model::{Channel, Model};
+
+/// What decides.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Grounds {
+    /// The logs hold something that a model can be held against.
+    pub testable: bool,
+    /// Effects were found.
+    pub found: bool,
+    /// What is missing differs from log to log.
+    pub disagree: bool,
+    /// Beside what was found there is structure.
+    pub left: bool,
+    /// There is no second log: effects are judged on what they were fitted on.
+    pub in_sample: bool,
+    /// One effect was asked for. Who asks gets it, whatever else there is.
+    pub asked: bool,
+}
+
+impl Grounds {
+    /// Whether something is left without a name. Beside effects, that has to show on two logs.
+    pub(crate) const fn unexplained(self) -> bool {
+        self.left && !self.asked && !(self.in_sample && self.found)
+    }
+
+    /// The end.
+    pub(crate) const fn verdict(self) -> Verdict {
+        if !self.testable {
+            Verdict::NotTestable
+        } else if self.disagree && !self.asked {
+            Verdict::LogsDisagree
+        } else if self.unexplained() {
+            Verdict::Unexplained
+        } else if self.found {
+            Verdict::Named
+        } else {
+            Verdict::NothingMissing
+        }
+    }
+}
+
+/// The verdict, and on what it stands.
+pub(crate) struct Judged {
+    /// Effects that the stages found, whether they may be named or not.
+    pub(crate) found: Vec<String>,
+    /// Those about which the logs disagree.
+    pub(crate) disagreeing: Vec<String>,
+    /// Nothing moves, is found or is left.
+    pub(crate) stands_still: bool,
+    pub(crate) verdict: Verdict,
+    /// Something is left without a name.
+    pub(crate) unexplained: bool,
+    /// Only one effect was asked for.
+    pub(crate) asked: bool,
+}
+
+impl Judged {
+    pub(crate) fn new(
+        model: &Model,
+        stages: &Stages,
+        question: &Question<'_>,
+        found: Vec<String>,
+        left: &[Left],
+        in_sample: bool,
+    ) -> Self {
+        let disagreeing = match question.of_one_log {
+            true => Vec::new(),
+            false => disagreeing(stages),
+        };
+        let (anything, any_left) = (!found.is_empty(), left.iter().any(Left::any));
+        let stands_still = !anything && !any_left && stands_still(model, stages);
+        let asked = question.is_asked();
+        let grounds = Grounds {
+            testable: lacking(stages).len() < TESTED && !stands_still,
+            found: anything,
+            disagree: !disagreeing.is_empty(),
+            left: any_left,
+            in_sample,
+            asked,
+        };
+        Self {
+            found,
+            disagreeing,
+            stands_still,
+            verdict: grounds.verdict(),
+            unexplained: grounds.unexplained(),
+            asked,
+        }
+    }
+
+    /// Whether what was found may not be called what is missing.
+    pub(crate) fn is_unnamed(&self) -> bool {
+        matches!(self.verdict, Verdict::Unexplained | Verdict::LogsDisagree)
+    }
+
+    pub(crate) fn named(&self) -> &[String] {
+        if self.is_unnamed() { &[] } else { &self.found }
+    }
+}
+
+/// Whether nothing moves. Readings at rest show a zero that is off and a drift, and nothing else.
+fn stands_still(model: &Model, stages: &Stages) -> bool {
+    let mut logs = stages.logs.all.iter();
+    !model.sensor.at_rest && logs.all(|log| log.rests(&model.noise))
+}
+
+/// Effects of all stages about which the logs disagree.
+fn disagreeing(stages: &Stages) -> Vec<String> {
+    let actuator = stages.actuator.iter().flat_map(|a| &a.disagreeing);
+    let wrench = stages.wrench.iter().flat_map(|w| &w.found.disagreeing);
+    let wrench = wrench.map(|disagreement| &disagreement.id);
+    let body = stages.body.accepted.iter().filter(|fit| fit.disagrees);
+    let all = actuator.chain(wrench).copied();
+    let all = all.chain(body.map(|fit| fit.id));
+    let mut ids: Vec<String> = Vec::new();
+    for id in all {
+        if !ids.iter().any(|known| known == id) {
+            ids.push(id.to_owned());
+        }
+    }
+    ids
+}
+
+/// Said of logs of a rig.
+pub(crate) const NO_SPACECRAFT: &str =
+    "The model of the spacecraft is not tested: the logs hold no velocities of it.";
+
+/// Number of things that a log may lack.
+pub(crate) const TESTED: usize = 3;
+
+/// Whether the controller of a rig wrote any of the logs.
+pub(crate) fn of_a_rig(stages: &Stages) -> bool {
+    stages.logs.all.iter().any(|log| log.of_a_rig)
+}
+
+/// What cannot be tested on these logs, and why.
+pub(crate) fn lacking(stages: &Stages) -> Vec<&'static str> {
+    let mut all = Vec::new();
+    if stages.actuator.is_none() && !is_driven(stages) {
+        all.push("The actuator is not tested: the logs hold no commanded velocities.");
+    }
+    if stages.wrench.is_none() {
+        all.push("The mechanism, the tool and the sensor are not tested: the logs hold no wrench.");
+    }
+    let model_velocity = |p: &Prediction| {
+        let channel = p.channel(Channel::ModelVelocity);
+        channel.predicted.iter().any(Option::is_some)
+    };
+    if !stages.before.all.iter().all(model_velocity) {
+        all.push(NO_SPACECRAFT);
+    }
+    all
+}
+
+/// Whether the motion follows the wrench of the logs.
+pub(crate) fn is_driven(stages: &Stages) -> bool {
+    let mut logs = stages.wrench.iter().flat_map(|w| &w.prepared.logs);
+    logs.any(|log| log.scene.model.sensor.wrench.drives())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every combination, and the rules a second time.
+    #[test]
+    fn each_combination_has_the_end_that_is_promised() {
+        for bits in 0..64_u8 {
+            let [testable, found, disagree, left, in_sample, asked] =
+                std::array::from_fn(|n| bits >> n & 1 == 1);
+            let grounds = Grounds {
+                testable,
+                found,
+                disagree,
+                left,
+                in_sample,
+                asked,
+            };
+            let expected = match (testable, disagree, left, asked, found, in_sample) {
+                (false, ..) => Verdict::NotTestable,
+                (true, true, _, false, ..) => Verdict::LogsDisagree,
+                (true, false, true, false, false, _) => Verdict::Unexplained,
+                (true, false, true, false, true, false) => Verdict::Unexplained,
+                (true, _, _, _, true, _) => Verdict::Named,
+                (true, _, _, _, false, _) => Verdict::NothingMissing,
+            };
+            assert_eq!(grounds.verdict(), expected, "{grounds:?}");
+            let nameless = left && !asked && (!found || !in_sample);
+            assert_eq!(grounds.unexplained(), nameless, "{grounds:?}");
+        }
+    }
+}

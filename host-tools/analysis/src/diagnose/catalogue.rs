@@ -1,0 +1,24 @@
+//! What the catalogue says of an effect that a search comes upon.
+
+use softdock_physics::effects::{Naming, by_id};
+use softdock_physics::model::Model;
+use softdock_physics::model::load::effects::LoadEffect;
+
+/// Whether an effect is in the model already.
+pub(crate) fn has(model: &Model, id: &str) -> bool {
+    model.effects.iter().any(|e| e.id == id)
+}
+
+/// The effect of one amount that is of the same kind as one which may be simpler.
+pub(crate) fn simplest(model: &Model, id: &str) -> Option<&'static str> {
+    let effect = LoadEffect::find(model, id).filter(|effect| effect.may_be_simpler())?;
+    let kind = effect.effect.kind?;
+    let mut alike = LoadEffect::all(model).filter(|other| other.effect.kind == Some(kind));
+    let simple = alike.find(|other| other.coefficients.len() == 1 && !is_shape(other.id))?;
+    Some(simple.id)
+}
+
+/// Whether a catalogue entry is a curve that fits many mechanisms, and therefore no name.
+pub(crate) fn is_shape(id: &str) -> bool {
+    by_id(id).is_some_and(|e| e.naming == Naming::Shape)
+}

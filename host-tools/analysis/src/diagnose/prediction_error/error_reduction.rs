@@ -1,0 +1,403 @@
+//! The fall of the error as one effect after the other is added.
+
+use super::for_prediction;
+use super::late_by_foretelling;
+use super::reversal;
+use crate::diagnose::evidence::{FORETELLS, RISES};
+use crate::diagnose::logs::Logs;
+use crate::diagnose::named::{Named, with_effects};
+use crate::diagnose::question::Question;
+use crate::diagnose::stages::accepted;
+use crate::diagnose::stages::{Stages, predict_all};
+use crate::diagnose::wrench::finding::WrenchFinding;
+use crate::levels::{ChannelLevels, Step};
+use softdock_io::recording::Recording;
+use softdock_physics::model::load::effects::LoadEffect;
+use softdock_physics::model::prediction::Prediction;
+use softdock_physics::model::stage::Stage;
+use softdock_physics::model::{EffectModel, Model};
+use std::collections::BTreeMap;
+
+/// The error's fall, the effect with the largest share first.
+pub(crate) struct ErrorReduction {
+    /// Effects with their share of the squared error of the log of the fit.
+    pub named: Vec<(Named, f64)>,
+    /// The error with none, one, two ... of them.
+    pub steps: Vec<Step>,
+    /// Effects that are not named, as the error is larger with them, and the error on unseen data without and with them.
+    pub refused: Vec<(String, f64, f64)>,
+    /// Error on unseen data with the parameters of the search and with those of least squares, if these were taken.
+    pub refitted: Option<[f64; 2]>,
+    /// What moves the reading in time and was found by what it foretells.
+    pub late: Option<String>,
+    /// Effects that are not named, as without them a friction that turns round over a speed foretells better.
+    pub done_without: Vec<String>,
+    /// Effects that are not named, as the intervals of all their parameters hold 0.
+    pub undetermined: Vec<String>,
+}
+
+impl ErrorReduction {
+    /// The fall, and what the model with all that is named predicts. Who asks for an effect is told the error whatever it does.
+    pub(crate) fn of(
+        model: &Model,
+        recordings: &Logs<&Recording>,
+        stages: &Stages,
+        question: &Question<'_>,
+    ) -> anyhow::Result<(Self, Logs<Prediction>)> {
+        let asked = question.is_asked();
+        let Found {
+            named: found,
+            turned,
+            late,
+            done_without,
+        } = Found::of(model, recordings, stages, question)?;
+        let mut known = Known::new(model, recordings, found, stages.wrench.as_ref(), asked);
+        let mut everything: Vec<usize> = (0..known.all.len()).collect();
+        known.refit(&everything)?;
+        let (undetermined, refused) = match asked {
+            true => (Vec::new(), Vec::new()),
+            false => (
+                known.without_vague(&mut everything)?,
+                known.refuse(&mut everything)?,
+            ),
+        };
+        let named = known.shares(&everything)?;
+        let order: Vec<usize> = named.iter().map(|(k, _)| *k).collect();
+        let steps = known.steps(&order)?;
+        let end = known.levels(&order)?;
+        let named = named.iter();
+        let named = named.map(|(k, share)| (known.all[*k].clone(), *share));
+        let named = named.collect();
+        let turned = turned.map(|before| [before, end.test]);
+        let refitted = turned.or(known.refitted);
+        let predictions = known.taken(&order)?;
+        let reduction = Self {
+            named,
+            steps,
+            refused,
+            refitted,
+            undetermined,
+            late,
+            done_without,
+        };
+        Ok((reduction, predictions))
+    }
+}
+
+/// What the stages found.
+struct Found {
+    named: Vec<Named>,
+    /// Error on unseen data before frictions were given a speed over which they turn round, if they were.
+    turned: Option<f64>,
+    /// What moves the reading in time, if it was found by what it foretells.
+    late: Option<String>,
+    /// What foretells no better then.
+    done_without: Vec<String>,
+}
+
+impl Found {
+    fn of(
+        model: &Model,
+        recordings: &Logs<&Recording>,
+        stages: &Stages,
+        question: &Question<'_>,
+    ) -> anyhow::Result<Self> {
+        let named = accepted::all(model, stages);
+        let turns_round = |w: &&WrenchFinding| w.beside_remainder.is_some() && w.can_foretell();
+        let Some(wrench) = stages.wrench.as_ref().filter(turns_round) else {
+            return Ok(Self::as_named(named));
+        };
+        let speed = wrench.prepared.pace().speed;
+        let turned = reversal::with_reversals(model, recordings, &named, speed)?;
+        let so_far = turned.as_ref().map_or(&named, |(turned, _)| turned);
+        let late = late_effects(model, wrench, question);
+        let late =
+            late_by_foretelling::with_what_is_late(model, recordings, so_far, wrench, &late)?;
+        let before = turned
+            .as_ref()
+            .or(late.as_ref())
+            .map(|(_, [before, _])| *before);
+        Ok(match late.or(turned) {
+            Some((better, _)) => {
+                let is_in =
+                    |all: &[Named], one: &Named| all.iter().any(|o| o.effect.id == one.effect.id);
+                let gone = named.iter().filter(|one| !is_in(&better, one));
+                let late = better.iter().find(|one| !is_in(&named, one));
+                Self {
+                    done_without: gone.map(|one| one.effect.id.clone()).collect(),
+                    late: late.map(|one| one.effect.id.clone()),
+                    turned: before,
+                    named: better,
+                }
+            }
+            None => Self::as_named(named),
+        })
+    }
+
+    fn as_named(named: Vec<Named>) -> Self {
+        Self {
+            named,
+            turned: None,
+            late: None,
+            done_without: Vec::new(),
+        }
+    }
+}
+
+/// What may move the reading in time, with the end up to which a search looks for it, if nothing that was found or is known does.
+fn late_effects(
+    model: &Model,
+    wrench: &WrenchFinding,
+    question: &Question<'_>,
+) -> Vec<(&'static LoadEffect, f64)> {
+    let is_late = |effect: &&LoadEffect| {
+        let is_tried = effect.is_late() && question.tries(model, effect.id);
+        is_tried && effect.parameters.iter().all(|p| p.low >= 0.0)
+    };
+    let knows =
+        |known: &EffectModel| LoadEffect::find(model, &known.id).is_some_and(LoadEffect::is_late);
+    if !wrench.late().is_empty() || model.effects.iter().any(knows) {
+        return Vec::new();
+    }
+    let logs = &wrench.prepared.logs;
+    let acts = |effect: &&LoadEffect| logs.iter().any(|log| effect.acts(&log.scene));
+    let late = LoadEffect::all(model).filter(is_late).filter(acts);
+    let with_end = |effect: &'static LoadEffect| {
+        let [parameter] = &effect.parameters[..] else {
+            return None;
+        };
+        let [_, end] = effect.searched(parameter, wrench.prepared.pace());
+        Some((effect, end))
+    };
+    late.filter_map(with_end).collect()
+}
+
+/// Errors of the logs of the fit and of the unseen ones.
+struct Error {
+    train: f64,
+    test: f64,
+}
+
+/// What the model predicts with some of the named effects, each once.
+struct Known<'a> {
+    model: &'a Model,
+    recordings: &'a Logs<&'a Recording>,
+    /// As the search found them.
+    found: Vec<Named>,
+    /// With the parameters that foretell best.
+    all: Vec<Named>,
+    refitted: Option<[f64; 2]>,
+    predictions: BTreeMap<Vec<usize>, Logs<Prediction>>,
+    /// The likelihood that names them and that of the error itself may disagree.
+    leaves_structure: bool,
+    /// Some were held while others were found beside them.
+    in_rounds: bool,
+    /// A shape that somebody asks for stands where a search ends: least squares may go on.
+    at_an_end: bool,
+    can_foretell: bool,
+}
+
+impl<'a> Known<'a> {
+    fn new(
+        model: &'a Model,
+        recordings: &'a Logs<&'a Recording>,
+        found: Vec<Named>,
+        wrench: Option<&WrenchFinding>,
+        asked: bool,
+    ) -> Self {
+        let is_at_end =
+            |named: &Named| wrench.is_some_and(|w| named.at_its_end(&w.prepared).is_some());
+        Self {
+            model,
+            recordings,
+            all: found.clone(),
+            refitted: None,
+            predictions: BTreeMap::new(),
+            leaves_structure: wrench.is_some_and(|w| w.beside_remainder.is_some()),
+            in_rounds: wrench.is_some_and(|w| !w.earlier.0.is_empty()),
+            at_an_end: asked && found.iter().any(is_at_end),
+            can_foretell: wrench.is_some_and(WrenchFinding::can_foretell),
+            found,
+        }
+    }
+
+    /// Error on both logs with these effects.
+    fn levels(&mut self, effects: &[usize]) -> anyhow::Result<Error> {
+        let key = sorted(effects);
+        let both = match self.predictions.remove(&key) {
+            Some(both) => both,
+            None => self.predicted(&key)?,
+        };
+        let totals = Error {
+            train: ChannelLevels::of(both.train()).rms(),
+            test: ChannelLevels::of(both.test()).rms(),
+        };
+        self.predictions.insert(key, both);
+        Ok(totals)
+    }
+
+    /// Share of each of these effects in the fall of the squared error of the logs of the fit, beside the others, the largest first.
+    fn shares(&mut self, effects: &[usize]) -> anyhow::Result<Vec<(usize, f64)>> {
+        let square = |error: Error| error.train * error.train;
+        let (start, end) = (square(self.levels(&[])?), square(self.levels(effects)?));
+        let mut shares = Vec::new();
+        for &k in effects {
+            let lost = square(self.levels(&without(effects, k))?) - end;
+            shares.push((k, lost / (start - end).max(1e-12)));
+        }
+        shares.sort_by(|a, b| b.1.total_cmp(&a.1));
+        in_signal_order(&mut shares, &self.all);
+        Ok(shares)
+    }
+
+    /// The error with none, one, two ... of these effects.
+    fn steps(&mut self, order: &[usize]) -> anyhow::Result<Vec<Step>> {
+        let mut steps = Vec::new();
+        for count in 0..=order.len() {
+            let so_far = self.levels(&order[..count])?;
+            let last = order[..count].last();
+            let effect = last.map_or("nominal", |k| &self.all[*k].effect.id);
+            steps.push(Step {
+                effect: effect.to_owned(),
+                train_error: so_far.train,
+                test_error: Some(so_far.test),
+            });
+        }
+        Ok(steps)
+    }
+
+    /// Whether the parameters that foretell best may be others than those that were found.
+    fn is_refitted(&self) -> bool {
+        self.leaves_structure || self.in_rounds || self.at_an_end
+    }
+
+    /// Gives these effects the parameters that foretell best beside each other.
+    fn refit(&mut self, effects: &[usize]) -> anyhow::Result<()> {
+        if !self.is_refitted() {
+            return Ok(());
+        }
+        let named: Vec<Named> = effects.iter().map(|k| self.found[*k].clone()).collect();
+        let better = for_prediction::refit(self.model, self.recordings, &named, self.in_rounds)?;
+        let (best, errors) = better.map_or((named, None), |(best, errors)| (best, Some(errors)));
+        effects
+            .iter()
+            .zip(best)
+            .for_each(|(&k, best)| self.all[k] = best);
+        self.refitted = errors;
+        self.predictions.clear();
+        Ok(())
+    }
+
+    /// Takes effects away of which no interval leaves out 0, one at a time, unless the others foretell unseen data much worse
+    /// without it.
+    fn without_vague(&mut self, effects: &mut Vec<usize>) -> anyhow::Result<Vec<String>> {
+        let mut gone = Vec::new();
+        let mut kept: Vec<usize> = Vec::new();
+        loop {
+            let is_vague = |k: &&usize| !kept.contains(k) && !self.all[**k].is_told(self.model);
+            let Some(vague) = effects.iter().find(is_vague).copied() else {
+                return Ok(gone);
+            };
+            let with = self.levels(effects)?.test;
+            let others = without(effects, vague);
+            self.refit(&others)?;
+            let worse = self.levels(&others)?.test / with;
+            if self.can_foretell && worse > FORETELLS {
+                self.found[vague].foretells(worse);
+                self.refit(effects)?;
+                kept.push(vague);
+                continue;
+            }
+            gone.push(self.all[vague].effect.id.clone());
+            *effects = others;
+        }
+    }
+
+    /// Takes effects away with which the error is larger, one at a time; and all, if it is larger with all of them together,
+    /// which may cancel each other.
+    fn refuse(&mut self, effects: &mut Vec<usize>) -> anyhow::Result<Vec<(String, f64, f64)>> {
+        let mut refused = Vec::new();
+        let (none, all) = (self.levels(&[])?, self.levels(effects)?);
+        if all.test > RISES * none.test {
+            let gone = std::mem::take(effects).into_iter();
+            let gone = gone.map(|k| (self.all[k].effect.id.clone(), none.test, all.test));
+            return Ok(gone.collect());
+        }
+        loop {
+            let with = self.levels(effects)?.test;
+            let mut worst: Option<(usize, f64)> = None;
+            for &k in effects.iter() {
+                let (less, factor) = self.error_without(effects, k)?;
+                if with > factor * less && worst.is_none_or(|worst| less < worst.1) {
+                    worst = Some((k, less));
+                }
+            }
+            let Some((k, less)) = worst else {
+                return Ok(refused);
+            };
+            refused.push((self.all[k].effect.id.clone(), less, with));
+            *effects = without(effects, k);
+            self.refit(effects)?;
+        }
+    }
+
+    /// Error on unseen data with the others alone, and the factor by which it has to be larger with the effect: as they are, by so much
+    /// that noise does not make it, or, where the likelihood is not that of what is left, with the parameters that they have then and
+    /// by anything. What the log of the fit is explained much worse without has to raise the other error by more there, too.
+    fn error_without(&mut self, effects: &[usize], k: usize) -> anyhow::Result<(f64, f64)> {
+        let others = without(effects, k);
+        if !(self.is_refitted() && self.can_foretell) {
+            return Ok((self.levels(&others)?.test, RISES));
+        }
+        let with = self.levels(effects)?.train;
+        let kept = (self.all.clone(), self.refitted);
+        self.refit(&others)?;
+        let Error { train, test } = self.levels(&others)?;
+        (self.all, self.refitted) = kept;
+        self.predictions.clear();
+        let factor = if train > FORETELLS * with { RISES } else { 1.0 };
+        Ok((test, factor))
+    }
+
+    /// The predictions themselves.
+    fn taken(mut self, effects: &[usize]) -> anyhow::Result<Logs<Prediction>> {
+        let key = sorted(effects);
+        match self.predictions.remove(&key) {
+            Some(both) => Ok(both),
+            None => self.predicted(&key),
+        }
+    }
+
+    fn predicted(&self, effects: &[usize]) -> anyhow::Result<Logs<Prediction>> {
+        let model = with_effects(self.model, effects.iter().map(|k| &self.all[*k]));
+        predict_all(&model, self.recordings)
+    }
+}
+
+fn without(effects: &[usize], one: usize) -> Vec<usize> {
+    let others = effects.iter().copied();
+    others.filter(|other| *other != one).collect()
+}
+
+fn sorted(effects: &[usize]) -> Vec<usize> {
+    let mut key = effects.to_vec();
+    key.sort_unstable();
+    key
+}
+
+/// Stages of the actuator with shares of the same size stand in the order of the signal.
+fn in_signal_order(named: &mut [(usize, f64)], all: &[Named]) {
+    /// Shares within this factor are of the same size.
+    const SAME_SIZE: f64 = 3.0;
+    let place = |k: usize| Stage::ALL.iter().position(|s| s.id() == all[k].effect.id);
+    for k in 1..named.len() {
+        let (first, second) = (&named[k - 1], &named[k]);
+        let alike = first.1 < SAME_SIZE * second.1;
+        if let (Some(a), Some(b)) = (place(first.0), place(second.0))
+            && alike
+            && b < a
+        {
+            named.swap(k - 1, k);
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! The parameters that foretell best.
+//!
+//! Names are decided by the likelihood of the noise as it is, which weighs a slow error less where the noise is slow. Where a
+//! law's form is wrong, that likelihood fits the parameters to the fast part of what is left, and others foretell the wrench
+//! better: those of least squares, in which each error counts as it is.
+
+use crate::diagnose::answer::ranking::foretells_alike;
+use crate::diagnose::catalogue::is_shape;
+use crate::diagnose::evidence::{FORETELLS, RISES};
+use crate::diagnose::logs::Logs;
+use crate::diagnose::named::{Named, of_reading, with_effects};
+use crate::diagnose::stages::accepted;
+use crate::diagnose::stages::{Stages, predict_all};
+use crate::diagnose::wrench::Tested;
+use crate::diagnose::wrench::finding::WrenchFinding;
+use crate::fit::refit_effects;
+use crate::levels::ChannelLevels;
+use softdock_io::recording::Recording;
+use softdock_physics::model::prediction::Prediction;
+use softdock_physics::model::{Channel, Model};
+
+/// Effects with other parameters, and the error on unseen data before and with them.
+pub(crate) type Better = (Vec<Named>, [f64; 2]);
+
+/// The effects with the parameters of least squares, if these foretell unseen data better. Each interval holds what both
+/// likelihoods say; `in_rounds`: what least squares say, as some were found while others were held, beside which what is known of these
+/// was too much or too little.
+pub(crate) fn refit(
+    model: &Model,
+    recordings: &Logs<&Recording>,
+    named: &[Named],
+    in_rounds: bool,
+) -> anyhow::Result<Option<Better>> {
+    if named.is_empty() {
+        return Ok(None);
+    }
+    let before = Errors::of(model, recordings, named)?;
+    let refitted = by_least_squares(model, recordings, named, in_rounds)?;
+    let after = Errors::of(model, recordings, &refitted)?;
+    let is_better = after.unseen * RISES < before.unseen; // not so for NaN
+    Ok(is_better.then_some((refitted, [before.unseen, after.unseen])))
+}
+
+/// Ids of what has one effect in the place of another that the logs of the fit do not tell from it, with no more parameters, if
+/// that foretells unseen data better than what the likelihood prefers, and explains the logs of the fit not much worse: beside what
+/// no law describes, errors of form decide between the two there.
+pub(crate) fn better_tie(
+    model: &Model,
+    recordings: &Logs<&Recording>,
+    stages: &Stages,
+) -> anyhow::Result<Option<Vec<String>>> {
+    let ties = stages.wrench.as_ref().map_or(Vec::new(), no_larger_ties);
+    if ties.is_empty() {
+        return Ok(None);
+    }
+    let named = accepted::all(model, stages);
+    let answer = errors_by_least_squares(model, recordings, &named)?;
+    let (mut least, mut best) = (answer.unseen / RISES, None);
+    for tie in ties {
+        let mut others = named.clone();
+        let accepted = stages.wrench.iter().flat_map(|w| &w.found.accepted);
+        let accepted: Vec<String> = accepted.flat_map(Tested::ids).collect();
+        others.retain(|one| !accepted.contains(&one.effect.id));
+        others.extend(tie.effects.iter().map(of_reading));
+        let Errors { of_fit, unseen } = errors_by_least_squares(model, recordings, &others)?;
+        if unseen < least && of_fit < FORETELLS * answer.of_fit {
+            least = unseen;
+            best = Some(others.into_iter().map(|one| one.effect.id).collect());
+        }
+    }
+    Ok(best)
+}
+
+fn errors_by_least_squares(
+    model: &Model,
+    recordings: &Logs<&Recording>,
+    named: &[Named],
+) -> anyhow::Result<Errors> {
+    let named = by_least_squares(model, recordings, named, false)?;
+    Errors::of(model, recordings, &named)
+}
+
+/// Hypotheses with another effect in the place of one of the answer, not told from it and with no more parameters.
+fn no_larger_ties(wrench: &WrenchFinding) -> Vec<Tested> {
+    let ranked = &wrench.found.ranked;
+    let accepted = wrench.found.accepted.as_ref();
+    let answer = accepted.and_then(|accepted| ranked.iter().find(|t| t.is_same(accepted)));
+    let Some(answer) = answer.filter(|_| wrench.can_foretell() && wrench.left().is_structured())
+    else {
+        return Vec::new();
+    };
+    let error = |tested: &Tested| wrench.prepared.error_on_unseen(tested);
+    let alike = ranked.iter().filter(|t| t.beside == answer.beside);
+    let alike = alike.map(|t| t.clone().beside_noise(answer.to_explain));
+    let alike = alike.filter(|t| t.wrong.is_empty() && t.parameters <= answer.parameters);
+    let alike = alike.filter(|t| !t.effects.iter().any(|one| is_shape(one.id)));
+    alike
+        .filter(|t| foretells_alike(answer, t, &error).is_some())
+        .collect()
+}
+
+pub(crate) fn by_least_squares(
+    model: &Model,
+    recordings: &Logs<&Recording>,
+    named: &[Named],
+    anew: bool,
+) -> anyhow::Result<Vec<Named>> {
+    let first = model.effects.len();
+    let found = refit_effects(
+        &with_effects(model, named.iter()),
+        first,
+        recordings.train(),
+    )?;
+    let fitted = named.iter().zip(&found.after.effects[first..]);
+    let refitted = fitted.map(|(named, fitted)| named.clone().refitted(fitted, anew));
+    Ok(refitted.collect())
+}
+
+/// Whether a delay leaves less than half of a log to compare: where nothing is predicted there is no error.
+fn predicts_little(prediction: &Prediction) -> bool {
+    let rows = &prediction.channel(Channel::Wrench).predicted;
+    2 * rows.iter().flatten().count() < rows.len()
+}
+
+/// Errors with some effects, in units of the noise; NaN where too little is predicted.
+pub(crate) struct Errors {
+    /// Of the logs of the fit.
+    pub(crate) of_fit: f64,
+    /// Of unseen ones.
+    pub(crate) unseen: f64,
+}
+
+impl Errors {
+    pub(crate) fn of(
+        model: &Model,
+        recordings: &Logs<&Recording>,
+        named: &[Named],
+    ) -> anyhow::Result<Self> {
+        let predictions = predict_all(&with_effects(model, named.iter()), recordings)?;
+        if predictions.all.iter().any(predicts_little) {
+            return Ok(Self {
+                of_fit: f64::NAN,
+                unseen: f64::NAN,
+            });
+        }
+        Ok(Self {
+            of_fit: ChannelLevels::of(predictions.train()).rms(),
+            unseen: ChannelLevels::of(predictions.test()).rms(),
+        })
+    }
+}

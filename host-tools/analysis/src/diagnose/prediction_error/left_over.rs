@@ -1,0 +1,126 @@
+//! What a diagnosis leaves of each channel.
+
+use crate::diagnose::actuator::ActuatorFinding;
+use crate::diagnose::logs::Logs;
+use crate::diagnose::noise::structure::{Line, Structure};
+use crate::diagnose::stages::Stages;
+use crate::diagnose::wrench::left::{self, Left};
+use crate::levels::ChannelLevels;
+use softdock_physics::model::prediction::Prediction;
+use softdock_physics::model::{Axis, Channel};
+use softdock_statistics::{Noise, noise_floor};
+
+/// Level of the model velocity over its digits that is no rounding any more.
+const DIGITS: f64 = 1.35;
+
+/// What is left of each channel; `refused`: ids of what was found and is not named, as unseen data or its intervals speak against it.
+pub(crate) fn left_over(
+    stages: &Stages,
+    after: &Logs<Prediction>,
+    refused: &[&String],
+) -> Vec<Left> {
+    let mut all = Vec::new();
+    if let Some(found) = &stages.actuator {
+        all.push(left_of_actuator(found, stages));
+    }
+    if let Some(found) = &stages.wrench {
+        let accepted = found.found.accepted.clone().map(|mut accepted| {
+            let is_named = |id: &str| refused.iter().all(|refused| *refused != id);
+            accepted.effects.retain(|effect| is_named(effect.id));
+            accepted
+        });
+        let accepted = accepted.as_ref();
+        let mut left = left::of_wrench(&found.prepared, accepted, &[]);
+        if stages.clock.jitter.is_some() {
+            // Instants that were recovered but for noise leave bursts where the load is steep.
+            let each = left.axes.iter_mut().flat_map(|(_, _, each)| each);
+            each.for_each(|one| *one = one.clone().of_size());
+        }
+        let explains = accepted.is_some() || found.prepared.known > 0.0;
+        if let Some(beside) = found.beside_remainder.as_ref().filter(|_| explains) {
+            let smooth = &beside.remainder.of_logs;
+            let both = left::of_wrench(&found.prepared, accepted, smooth);
+            left = left.beside(&beside.remainder, &both);
+        }
+        all.push(left);
+    }
+    all.push(left_of(Channel::ModelVelocity, stages, after));
+    if stages.clock.jitter.is_none() {
+        all.push(left_of(Channel::Pose, stages, after));
+    }
+    all
+}
+
+fn left_of_actuator(found: &ActuatorFinding, stages: &Stages) -> Left {
+    let moving = |axis: &Axis| found.white.iter().all(|w| !w[axis.index()].is_empty());
+    let axes = Axis::ALL
+        .into_iter()
+        .filter(moving)
+        .map(|axis| {
+            let i = axis.index();
+            let logs = stages.logs.all.iter().zip(&found.white).zip(&found.level);
+            let scatters = stages.clock.jitter.is_some();
+            let of = logs.map(|((log, white), level)| {
+                Structure::of_velocity(&white[i], log, level[i], scatters)
+            });
+            (Channel::ExecutedVelocity, axis, of.collect())
+        })
+        .collect();
+    let (reached, nominal) = (found.search.reached(), found.search.nominal.chi2);
+    Left::of_velocities(axes, reached, nominal, found.count)
+}
+
+/// Structure of a channel that the stages do not whiten themselves.
+fn left_of(channel: Channel, stages: &Stages, after: &Logs<Prediction>) -> Left {
+    let judged = after.all[0].judged(channel).iter().copied();
+    let axes = judged
+        .filter(|a| !(channel == Channel::Pose && a.is_rotation()))
+        .map(|axis| {
+            let each = after.all.iter();
+            let each = each.map(|prediction| structure_of(prediction, channel, axis));
+            (channel, axis, each.collect())
+        })
+        .collect();
+    let square = |p: &[Prediction]| {
+        let z = ChannelLevels::of(p);
+        if channel == Channel::Pose {
+            z.pose.powi(2)
+        } else {
+            z.model_velocity.powi(2)
+        }
+    };
+    let (before, now) = (square(&stages.before.all), square(&after.all));
+    let floor = if channel == Channel::Pose { 1.0 } else { 0.0 };
+    let excess = (now - floor).max(0.0);
+    let was = excess + (before - now).max(0.0);
+    Left::new(axes, excess / was.max(1e-12))
+}
+
+/// Structure of one axis of such a channel in one log.
+fn structure_of(prediction: &Prediction, channel: Channel, axis: Axis) -> Structure {
+    let predicted = prediction.channel(channel);
+    let values: Vec<f64> = (0..prediction.time_s.len())
+        .map(|n| predicted.residual(n, axis).unwrap_or(0.0))
+        .collect();
+    let squares = values.iter().map(|x| x * x).sum::<f64>();
+    let sheet = predicted.sigma[axis.index()];
+    let level = (squares / values.len().max(1) as f64).sqrt() / sheet;
+    if channel == Channel::ModelVelocity {
+        // Digits are no noise: only their size counts.
+        return Structure {
+            level: if level > DIGITS { level } else { 0.0 },
+            ..Structure::default()
+        };
+    }
+    // The increments of a noisy pose are differences: their spectrum is no test of anything.
+    let floor = noise_floor(&values, Noise::Differenced, None)
+        .unwrap_or(sheet)
+        .max(0.3 * sheet);
+    let white: Vec<f64> = values.iter().map(|v| v / floor).collect();
+    Structure {
+        slow: 0.0,
+        line: Line::default(),
+        narrow: Line::default(),
+        ..Structure::of(&white, prediction.cycle_s, level)
+    }
+}

@@ -1,0 +1,135 @@
+//! How a dry friction turns round, by what it foretells.
+
+use super::for_prediction::{Better, Errors, by_least_squares};
+use crate::diagnose::evidence::{FORETELLS, RISES};
+use crate::diagnose::logs::Logs;
+use crate::diagnose::named::Named;
+use softdock_io::recording::Recording;
+use softdock_physics::effects::{Kind, by_id};
+use softdock_physics::model::Model;
+use softdock_physics::model::load::effects::LEVEL;
+use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
+
+/// Effects with the dry frictions among them turning round over the speed with which all leave least of the logs of the fit, if
+/// that foretells unseen data better, too. How sharp a reversal is shows in the fast part of a reading, where the likelihood has
+/// other errors of form to fit to. `speed`: the usual one.
+pub(crate) fn with_reversals(
+    model: &Model,
+    recordings: &Logs<&Recording>,
+    named: &[Named],
+    speed: f64,
+) -> anyhow::Result<Option<Better>> {
+    let frictions = each_friction(named);
+    if frictions.is_empty() {
+        return Ok(None);
+    }
+    let before = Errors::of(model, recordings, named)?;
+    let as_found = by_least_squares(model, recordings, named, false)?;
+    let as_found = Errors::of(model, recordings, &as_found)?;
+    let best = best_reversal(model, recordings, frictions, speed, false, as_found.of_fit)?;
+    let is_better = |errors: &Errors| errors.unseen * RISES < before.unseen.min(as_found.unseen);
+    let best = best.filter(|(_, errors)| is_better(errors));
+    Ok(best.map(|(named, after)| (named, [before.unseen, after.unseen])))
+}
+
+pub(crate) fn is_dry(id: &str) -> bool {
+    by_id(id).and_then(|effect| effect.kind) == Some(Kind::DryFriction)
+}
+
+/// The reversal of a friction with which least squares leave least of the logs of the fit, if that is less than `least`; `anew`:
+/// there are many sets, and what was said before is no other opinion on the amounts.
+pub(crate) fn best_reversal(
+    model: &Model,
+    recordings: &Logs<&Recording>,
+    frictions: Vec<(usize, Vec<Named>)>,
+    speed: f64,
+    anew: bool,
+    mut least: f64,
+) -> anyhow::Result<Option<(Vec<Named>, Errors)>> {
+    /// Halvings of the speed with which a friction has its level at the usual one, from one with which it is sharp; of many
+    /// sets fewer are tried.
+    const HALVINGS: &[i32] = &[5, 4, 3, 2, 1, 0];
+    const FEWER: &[i32] = &[4, 2, 0];
+    let turning = |named: &[Named], k: usize, speed: f64| {
+        let mut others = named.to_vec();
+        let Some(turning) = others[k].clone().turning_over(model, speed) else {
+            return Ok(None);
+        };
+        others[k] = turning;
+        let others = by_least_squares(model, recordings, &others, anew)?;
+        let errors = Errors::of(model, recordings, &others)?;
+        Ok::<_, anyhow::Error>(Some((others, errors)))
+    };
+    let mut best = None;
+    for (k, named) in frictions {
+        let (mut last, mut rises, mut before) = (f64::INFINITY, 0, named);
+        let (mut tried, mut best_speed) = (Vec::new(), None);
+        // From sharp ones, beyond which most leave more and more.
+        for halvings in if anew { FEWER } else { HALVINGS } {
+            let speed = speed / LEVEL * 0.5_f64.powi(*halvings);
+            let Some((others, errors)) = turning(&before, k, speed)? else {
+                continue;
+            };
+            rises = if errors.of_fit > last { rises + 1 } else { 0 };
+            last = errors.of_fit;
+            before.clone_from(&others);
+            tried.push((others, errors));
+            if last < least {
+                least = last;
+                best_speed = Some(speed);
+            } else if rises > 1 {
+                break;
+            }
+        }
+        let Some(speed) = best_speed else {
+            continue;
+        };
+        // Between two of them.
+        let twice = [0.5, 2.0].into_iter().filter(|_| anew);
+        for beside in twice.chain([FRAC_1_SQRT_2, SQRT_2]) {
+            tried.extend(turning(&before, k, beside * speed)?);
+        }
+        best = with_all_as_good(tried);
+        least = best.as_ref().map_or(least, |(_, errors)| errors.of_fit);
+    }
+    Ok(best)
+}
+
+/// What leaves least, with intervals that hold what all say that the logs do not refuse: those that leave as little, but for what
+/// noise makes, and those that leave little more and foretell better.
+fn with_all_as_good(mut tried: Vec<(Vec<Named>, Errors)>) -> Option<(Vec<Named>, Errors)> {
+    tried.sort_by(|a, b| a.1.of_fit.total_cmp(&b.1.of_fit));
+    let mut tried = tried.into_iter();
+    let (mut best, errors) = tried.next()?;
+    let is_as_good = |(_, other): &(Vec<Named>, Errors)| {
+        let worse = other.of_fit / errors.of_fit;
+        worse < RISES || (worse < FORETELLS && other.unseen < errors.unseen)
+    };
+    for (others, _) in tried.filter(is_as_good) {
+        let both = best.iter_mut().zip(&others);
+        both.for_each(|(one, other)| one.hold(other));
+    }
+    Some((best, errors))
+}
+
+/// Place of each dry friction among effects, and these; where there are others or details of any, which imitate a rounder reversal
+/// together, each alone as well.
+pub(crate) fn each_friction(named: &[Named]) -> Vec<(usize, Vec<Named>)> {
+    let is_detail = |one: &&Named| {
+        let details = by_id(&one.effect.id).map_or(&[][..], |effect| effect.detail_of);
+        details.iter().any(|(of, _)| is_dry(of))
+    };
+    let of = |friction: &Named| {
+        let id = &friction.effect.id;
+        let is_it = |one: &Named| one.effect.id == *id;
+        let others = |one: &&Named| !is_it(one) && (is_dry(&one.effect.id) || is_detail(one));
+        let alone = named.iter().filter(|one| !others(one)).cloned();
+        let alone = (is_dry(id) && named.iter().any(|one| others(&one))).then(|| alone.collect());
+        let sets = alone.into_iter().chain([named.to_vec()]);
+        sets.filter_map(|set: Vec<Named>| Some((set.iter().position(is_it)?, set)))
+            .collect::<Vec<_>>()
+    };
+    let frictions = named.iter();
+    let frictions = frictions.filter(|one| is_dry(&one.effect.id) || is_detail(one));
+    frictions.flat_map(of).collect()
+}

@@ -1,0 +1,322 @@
+//! Which effects hold their own beside what no law describes.
+//!
+//! Where structure is left, the price of white noise means little: errors of form are worth more than effects, and of several
+//! that imitate each other those win whose errors happen to fit. So the search is repeated beside the smooth remainder that
+//! its own answer leaves, until an answer comes again. Of the answers without and with a remainder, each without what
+//! a remainder would explain as well, the better one is taken.
+
+use super::finding::{Imitated, WrenchFinding};
+use super::remainder;
+use super::{Joint, Smooth, Tested, smooth, standings, worths};
+use crate::diagnose::catalogue::simplest;
+use crate::diagnose::evidence::{NAMED, RISES};
+use crate::diagnose::question::Question;
+use softdock_physics::effects::by_id;
+use softdock_physics::model::load::effects::LoadEffect;
+use softdock_physics::model::{Axis, Model};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Most searches beside a remainder, each beside that of the last one's answer.
+const ROUNDS: usize = 4;
+
+/// Asks for searches on the reading.
+pub(crate) struct Asking<'a> {
+    /// The model as it is.
+    pub model: &'a Model,
+    /// What is asked of each.
+    pub question: &'a Question<'a>,
+    /// Searches beside what a model knows.
+    pub search: &'a mut dyn FnMut(&Model, &Question<'_>) -> Option<WrenchFinding>,
+}
+
+impl Asking<'_> {
+    /// What is found with another question.
+    pub(crate) fn ask(&mut self, question: &Question<'_>) -> Option<WrenchFinding> {
+        (self.search)(self.model, question)
+    }
+
+    /// What is found among some effects.
+    pub(crate) fn among(&mut self, ids: &[String]) -> Option<WrenchFinding> {
+        self.among_beside(ids, None)
+    }
+
+    /// The same beside a remainder.
+    fn among_beside(
+        &mut self,
+        ids: &[String],
+        beside: Option<&Arc<Smooth>>,
+    ) -> Option<WrenchFinding> {
+        self.ask(&Question {
+            among: Some(ids),
+            beside,
+            ..*self.question
+        })
+    }
+}
+
+/// What a search beside a smooth remainder finds.
+pub(crate) struct Anew {
+    pub finding: WrenchFinding,
+    /// The logs beside which nothing was found yet.
+    pub nothing: Joint,
+    /// Axes of the remainder.
+    pub axes: Vec<Axis>,
+}
+
+/// Searches beside the remainder that a finding leaves, and that each answer leaves, until effects come again.
+pub(crate) fn anew(first: &WrenchFinding, asking: &mut Asking<'_>) -> Option<Anew> {
+    let axes = first.structured_axes();
+    if axes.is_empty() {
+        return None;
+    }
+    let nothing = asking.among(&[])?.prepared;
+    let mut now = first.whole();
+    let mut seen = vec![now.effects_in_order()];
+    let mut finding = None;
+    for _ in 0..ROUNDS {
+        let smooth = Arc::new(smooth(&nothing, &now, &axes));
+        let found = asking.ask(&Question {
+            beside: Some(&smooth),
+            ..*asking.question
+        })?;
+        let next = found.whole();
+        finding = Some(found);
+        // What was there before would come round again.
+        if seen.contains(&next.effects_in_order()) {
+            break;
+        }
+        seen.push(next.effects_in_order());
+        now = next;
+    }
+    Some(Anew {
+        finding: finding?,
+        nothing,
+        axes,
+    })
+}
+
+/// Of two answers the one that foretells unseen data better; the likelier one of other effects that do so alike.
+pub(crate) fn better(
+    first: WrenchFinding,
+    anew: WrenchFinding,
+    nothing: &Joint,
+    axes: &[Axis],
+) -> WrenchFinding {
+    let both = [&first, &anew].map(WrenchFinding::whole);
+    let [error, of_anew] = both.each_ref().map(|of| nothing.error_on_unseen(of));
+    // Of two forms of the same effects the error says which is better.
+    let same = both[0].is_same(&both[1]);
+    let alike = if same { 1.0 } else { RISES };
+    let is_better = if error.max(of_anew) > alike * error.min(of_anew) {
+        of_anew < error
+    } else {
+        let worths = worths(nothing, &both.each_ref(), axes);
+        worths[1] > worths[0]
+    };
+    if is_better { anew } else { first }
+}
+
+/// With the curves that fit many mechanisms (a hysteresis), where one leaves less than what is found. A friction that builds up
+/// after each reversal looks like a delay of all that loads the sensor: where a curve does as well as effects beside which
+/// others are late, the answer is without these.
+pub(crate) fn beside_curves(first: WrenchFinding, asking: &mut Asking<'_>) -> WrenchFinding {
+    let mut finding = first;
+    let beside_others =
+        !finding.found.before_late.is_empty() || finding.has_dry_friction(asking.model);
+    let late = match beside_others {
+        true => finding.late(),
+        false => Vec::new(),
+    };
+    let asks = !late.is_empty() || finding.left().is_structured();
+    if !asks || asking.question.tries_shapes() {
+        return finding;
+    }
+    let beside = finding.beside.clone();
+    let curves = asking.ask(&Question {
+        shapes: true,
+        without: &late,
+        beside: beside.as_ref(),
+        ..*asking.question
+    });
+    let Some((curves, curve)) = curves.and_then(|curves| {
+        let curve = finding.better_curve(&curves, !late.is_empty())?;
+        Some((curves, curve))
+    }) else {
+        return finding;
+    };
+    if !late.is_empty() {
+        // What laws that are not late do as well is no merit of the curve.
+        let laws = asking.ask(&Question {
+            without: &late,
+            beside: beside.as_ref(),
+            ..*asking.question
+        });
+        if laws.is_some_and(|laws| laws.is_as_good_as(&finding) && laws.is_as_good_as(&curves)) {
+            return finding;
+        }
+        if let Some(fewer) = asking.among_beside(&finding.ids_without(&late), beside.as_ref()) {
+            finding = beside_remainder(fewer, asking);
+            finding.found.curve_in_place_of = late;
+        }
+    }
+    finding.found.ranked.push(curve);
+    finding
+}
+
+/// Whether logs that disagree about delays alone have a curve in common that fits many mechanisms, with the same amounts, and leaves
+/// less: a friction that builds up over a distance is later the slower the axis moves.
+pub(crate) fn agree_on_a_curve(finding: &WrenchFinding, asking: &mut Asking<'_>) -> bool {
+    let delays: Vec<String> = finding.late();
+    let about: Vec<String> = finding.disagreeing_ids();
+    let is_late = |id: &String| LoadEffect::find(asking.model, id).is_some_and(LoadEffect::is_late);
+    if asking.question.tries_shapes() || !about.iter().all(is_late) {
+        return false;
+    }
+    let without: Vec<String> = delays.into_iter().chain(about).collect();
+    let curves = asking.ask(&Question {
+        shapes: true,
+        without: &without,
+        ..*asking.question
+    });
+    curves.is_some_and(|curves| {
+        let is_better = finding.better_curve(&curves, false).is_some();
+        is_better && curves.found.disagreeing.is_empty()
+    })
+}
+
+/// Where structure is left: only the effects that a smooth remainder would not explain as well, one
+/// less at a time, with the parameters and the intervals that they have beside it; and those without which unseen data is foretold
+/// much worse, which a remainder does not do. What was left out beside others that were left out later has a second chance.
+pub(crate) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) -> WrenchFinding {
+    let beside = first.beside.clone();
+    let mut finding = first;
+    let mut imitated = Vec::new();
+    let mut foretelling = BTreeMap::new();
+    let mut least = finding.error_on_unseen();
+    while let Some((place, one)) = weakest(&mut finding, &foretelling) {
+        let gone = finding.ids().swap_remove(place);
+        let mut ids = finding.ids_without(std::slice::from_ref(&gone));
+        // Where no detail is told, what it is a detail of may still be.
+        let detail_of = by_id(&gone).map_or(&[][..], |effect| effect.detail_of);
+        let plain = detail_of.iter().map(|(id, _)| (*id).to_owned());
+        ids.extend(plain.filter(|id| !finding.ids().contains(id)));
+        let is_law = finding.is_a_law(&gone);
+        if !is_law {
+            ids.extend(simplest(asking.model, &gone).map(str::to_owned));
+        }
+        let Some(mut fewer) = asking.among_beside(&ids, beside.as_ref()) else {
+            imitated.push(one);
+            break;
+        };
+        if let Some(worse) = fewer.foretells_worse_by(least).filter(|_| is_law) {
+            foretelling.insert(gone, worse * least / finding.error_on_unseen());
+            continue;
+        }
+        imitated.push(one);
+        fewer.found.before_late.extend(finding.found.before_late);
+        fewer.remember(finding.found.ranked);
+        finding = fewer;
+        least = least.min(finding.error_on_unseen());
+    }
+    let unrefuted = second_chance(&mut finding, &mut foretelling, &mut imitated, asking);
+    // What is there may be less or more beside what lacks the evidence to be named.
+    unrefuted.iter().for_each(|other| finding.hold(other));
+    finding.foretell(&foretelling);
+    if finding.found.accepted.is_none() && finding.prepared.known > 0.0 {
+        finding.stand_alone();
+    }
+    if !imitated.is_empty() {
+        finding.beside_remainder.get_or_insert_default().imitated = imitated;
+    }
+    finding
+}
+
+/// Takes back what was left out and stands beside what was left out later. Returns the answers with what has evidence, and does not stand.
+fn second_chance(
+    finding: &mut WrenchFinding,
+    foretelling: &mut BTreeMap<String, f64>,
+    imitated: &mut Vec<Imitated>,
+    asking: &mut Asking<'_>,
+) -> Vec<Tested> {
+    let mut unrefuted = Vec::new();
+    for Imitated { id, evidence, .. } in imitated.clone() {
+        let mut ids = finding.ids();
+        ids.push(id.clone());
+        let more = asking.among_beside(&ids, finding.beside.as_ref());
+        let Some(mut more) = more.filter(|more| more.ids().contains(&id)) else {
+            continue;
+        };
+        let worse = finding.foretells_worse_by(more.error_on_unseen());
+        let worse = worse.filter(|_| more.is_a_law(&id));
+        let mut with_it = foretelling.clone();
+        with_it.extend(worse.map(|worse| (id.clone(), worse)));
+        if weakest(&mut more, &with_it).is_none() {
+            (*finding, *foretelling) = (more, with_it);
+            imitated.retain(|other| other.id != id);
+        } else if evidence > 0.0 {
+            unrefuted.push(more.whole());
+        }
+    }
+    unrefuted
+}
+
+/// With an effect of one amount in the place of one of the same kind that has several (a dry friction for a Stribeck curve), where
+/// that foretells unseen data as well: beside structure those forms win whose further amounts happen to fit.
+pub(crate) fn simpler(first: WrenchFinding, asking: &mut Asking<'_>) -> WrenchFinding {
+    let mut finding = first;
+    for id in finding.ids() {
+        let Some(simple) = simplest(asking.model, &id) else {
+            continue;
+        };
+        let mut ids = finding.ids_without(&[id]);
+        ids.push(simple.to_owned());
+        let beside = finding.beside.clone();
+        let Some(other) = asking.among_beside(&ids, beside.as_ref()) else {
+            continue;
+        };
+        let other = beside_remainder(other, asking);
+        let has_it = other.ids().iter().any(|id| id == simple);
+        if has_it && other.error_on_unseen() <= finding.error_on_unseen() {
+            finding = other;
+        }
+    }
+    finding
+}
+
+/// The effect that stands weakest beside a smooth remainder, if it does not stand; where all do, or
+/// nothing is left, there is none. Those that foretell stand anyway.
+fn weakest(
+    finding: &mut WrenchFinding,
+    foretelling: &BTreeMap<String, f64>,
+) -> Option<(usize, Imitated)> {
+    let accepted = finding.found.accepted.as_ref()?;
+    let axes = finding.structured_axes();
+    if axes.is_empty() {
+        return None;
+    }
+    let each = standings(&finding.prepared, &finding.earlier.0, accepted, &axes);
+    let model = &finding.prepared.logs.first()?.scene.model;
+    let effects = finding.earlier.0.iter().chain(&accepted.effects);
+    let places = each.iter().zip(effects).map(|(one, effect)| Imitated {
+        id: effect.id.to_owned(),
+        evidence: one.evidence,
+        determined: one.determines(effect, model),
+    });
+    let least = |these: Vec<(usize, Imitated)>| {
+        let these = these.into_iter();
+        these.min_by(|a, b| a.1.evidence.total_cmp(&b.1.evidence))
+    };
+    // What others imitate is undetermined only as long as they are there.
+    let asked = places.enumerate();
+    let asked = asked.filter(|(_, one)| !foretelling.contains_key(&one.id));
+    let (weak, strong): (Vec<_>, Vec<_>) = asked.partition(|(_, one)| one.evidence < NAMED);
+    let undetermined = strong.into_iter().filter(|(_, one)| !one.determined);
+    let fails = least(weak).or_else(|| least(undetermined.collect()));
+    if fails.is_none() {
+        let (earlier, _) = &finding.earlier;
+        let remainder = remainder(&finding.prepared, earlier, accepted, &axes);
+        finding.stand(&each, remainder, foretelling);
+    }
+    fails
+}

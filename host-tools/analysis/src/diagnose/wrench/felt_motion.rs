@@ -1,0 +1,127 @@
+//! The search on the reading, with the motion that the sensor felt.
+
+use super::finding::WrenchFinding;
+use super::sampling::Sampling;
+use super::search;
+use super::{Ask, Fits, Found, Joint, PreparedLog, exchanged, scene};
+use crate::diagnose::actuator::{self, ActuatorFinding, Cost, Term};
+use crate::diagnose::catalogue::is_shape;
+use crate::diagnose::evidence::NAMED;
+use crate::diagnose::logs::Logs;
+use crate::diagnose::noise::structure::LEVEL;
+use crate::diagnose::question::Question;
+use rayon::prelude::*;
+use softdock_physics::effects::by_id;
+use softdock_physics::model::Model;
+use softdock_physics::model::log::Log;
+use std::sync::Arc;
+
+/// Residual of the velocity over noise up to which the simulated motion is trusted: its misfit is then three quarters
+/// of the noise that a measured velocity would bring into the load.
+const TRUSTED: f64 = 1.25;
+
+/// How the tool moves, for the search on the reading.
+pub(crate) struct Motion<'a> {
+    pub(crate) logs: &'a Logs<Log>,
+    pub(crate) cost: &'a Cost<'a>,
+    pub(crate) intervals: &'a Logs<Vec<f64>>,
+    pub(crate) actuator: Option<&'a ActuatorFinding>,
+    /// What the searches have fitted.
+    pub(crate) fits: Arc<Fits>,
+}
+
+impl Motion<'_> {
+    /// The logs with their load. Beside a misfit that may be noise, of the simulated and of the measured motion that one which
+    /// the sensor felt: what the other has more is noise of the reading, times the mass of the tool.
+    fn felt(&self, model: &Model, sampling: &mut Logs<Sampling>) -> Vec<PreparedLog> {
+        let terms: &[Term] = self.actuator.map_or(&[], |a| a.search.terms());
+        let mut with = |simulated: bool| -> Vec<PreparedLog> {
+            let each = self.logs.all.par_iter().zip(&self.intervals.all);
+            let each = each.zip(&mut sampling.all);
+            let prepared = each.map(|((log, intervals), sampling)| {
+                let scene = scene(model, log, self.cost, terms, simulated, intervals);
+                PreparedLog::new(model, log, scene, sampling)
+            });
+            prepared.collect()
+        };
+        let Some(actuator) = self.actuator else {
+            return with(false);
+        };
+        let misfit = actuator::level(actuator.search.reached(), self.cost);
+        if misfit < TRUSTED {
+            return with(true);
+        }
+        let measured = with(false);
+        if misfit >= LEVEL {
+            return measured;
+        }
+        let simulated = with(true);
+        match noise_likelihood(&simulated) > noise_likelihood(&measured) + NAMED {
+            true => simulated,
+            false => measured,
+        }
+    }
+}
+
+/// 2 ln of the likelihood of what is noise in the readings.
+fn noise_likelihood(logs: &[PreparedLog]) -> f64 {
+    let of_log = |log: &PreparedLog| {
+        let rows = log.fresh.iter().filter(|fresh| **fresh).count() as f64;
+        let axes = log.noise_model.iter().zip(&log.residual.0);
+        let recorded = axes.filter(|(_, residual)| !residual.is_empty());
+        let of_axis = recorded.map(|(noise, _)| -2.0 * noise.sigma.ln());
+        rows * of_axis.sum::<f64>()
+    };
+    logs.iter().map(of_log).sum()
+}
+
+/// Searches the reading; None where a log has none.
+pub(crate) fn wrench_stage(
+    model: &Model,
+    motion: &Motion<'_>,
+    sampling: &mut Logs<Sampling>,
+    question: &Question<'_>,
+) -> Option<WrenchFinding> {
+    let logs = motion.logs;
+    let measured = |log: &Log| log.wrench.iter().flatten().any(|v| *v != 0.0);
+    if !logs.all.iter().all(measured) {
+        return None;
+    }
+    let mut prepared = Joint::new(motion.felt(model, sampling), logs.fitted, &motion.fits);
+    if let Some(smooth) = question.beside {
+        prepared.stand_beside(smooth);
+    }
+    let placed = question.is_asked() || !logs.have_own_origins();
+    let turns = model.bearing().is_some();
+    let by_position = |id: &str| by_id(id).is_some_and(|effect| effect.acts_by_position(turns));
+    let acts_anywhere = |id: &str| placed || !by_position(id);
+    let excluded = |id: &str| {
+        let is_tried = question.tries(model, id) && acts_anywhere(id);
+        !is_tried || (is_shape(id) && !question.tries_shapes())
+    };
+    let is_whole = question.among.is_none() && question.only.is_none();
+    let ask = Ask {
+        excluded: &excluded,
+        forced: question.forced,
+        each_log: is_whole && question.beside.is_none() && !question.of_one_log,
+        watch: question.watch,
+    };
+    let mut found = match question.in_place_of {
+        Some(answer) => Found {
+            ranked: exchanged(&prepared, answer, &ask),
+            ..Found::default()
+        },
+        None => search(&mut prepared, &ask),
+    };
+    if let Some(smooth) = question.beside {
+        prepared.stand_alone(smooth);
+        found.accepted = found.accepted.map(|accepted| prepared.valued(accepted));
+    }
+    Some(WrenchFinding {
+        found,
+        prepared,
+        beside: question.beside.cloned(),
+        earlier: (Vec::new(), Vec::new()),
+        beside_remainder: None,
+    })
+}

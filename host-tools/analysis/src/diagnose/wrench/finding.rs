@@ -1,0 +1,324 @@
+//! What the search on the reading found, of whatever round, and what may be asked of it.
+
+use super::left::{self, Left};
+use super::remainder;
+use super::{Fitted, Found, Joint, PreparedLog, Remainder, Smooth, Standing, Tested, smooth};
+use crate::diagnose::catalogue::{is_shape, simplest};
+use crate::diagnose::evidence::{FORETELLS, Support, UNLIKELY};
+use softdock_physics::effects::{Kind, by_id};
+use softdock_physics::model::load::effects::LoadEffect;
+use softdock_physics::model::{Axis, Model};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// The unmodelled wrench.
+pub(crate) struct WrenchFinding {
+    /// The search.
+    pub found: Found,
+    /// All logs, ready for further questions.
+    pub prepared: Joint,
+    /// What rounds before this one accepted, and what speaks for it.
+    pub earlier: (Vec<Fitted>, Vec<Support>),
+    /// The remainder beside which all was tried.
+    pub beside: Option<Arc<Smooth>>,
+    /// What was tested beside a smooth remainder, if structure is left.
+    pub beside_remainder: Option<BesideRemainder>,
+}
+
+/// What a smooth remainder leaves of a hypothesis.
+#[derive(Default)]
+pub(crate) struct BesideRemainder {
+    /// Effects that it would explain as well.
+    pub imitated: Vec<Imitated>,
+    /// The remainder beside what is accepted.
+    pub remainder: Remainder,
+}
+
+/// An effect that a smooth remainder would explain as well.
+#[derive(Clone)]
+pub(crate) struct Imitated {
+    /// The effect.
+    pub id: String,
+    /// Evidence for it beside the remainder.
+    pub evidence: f64,
+    /// Whether an interval of its coefficients leaves out 0.
+    pub determined: bool,
+}
+
+impl WrenchFinding {
+    /// Ids of all effects, the earlier ones first.
+    pub(crate) fn ids(&self) -> Vec<String> {
+        let earlier = self.earlier.0.iter().map(|e| e.id.to_owned());
+        let accepted = self.found.accepted.iter().flat_map(Tested::ids);
+        earlier.chain(accepted).collect()
+    }
+
+    /// All its effects, of whatever round.
+    pub(crate) fn whole(&self) -> Tested {
+        let accepted = self.found.accepted.iter().flat_map(|t| &t.effects);
+        let effects: Vec<Fitted> = self.earlier.0.iter().chain(accepted).cloned().collect();
+        let parameters = effects.iter().flat_map(|e| e.parameters.values());
+        Tested {
+            parameters: parameters.filter(|(_, sigma, _)| *sigma > 0.0).count(),
+            effects,
+            ..Tested::default()
+        }
+    }
+
+    /// The likeliest hypothesis that was tried with a certain effect.
+    pub(crate) fn likeliest_with(&self, is_it: impl Fn(&str) -> bool) -> Option<&Tested> {
+        let has_it = |tested: &&Tested| tested.effects.iter().any(|one| is_it(one.id));
+        let with_it = self.found.ranked.iter().filter(has_it);
+        with_it.max_by(|a, b| a.evidence.total_cmp(&b.evidence))
+    }
+
+    /// What its effects leave.
+    pub(crate) fn left(&self) -> Left {
+        left::of_wrench(&self.prepared, self.found.accepted.as_ref(), &[])
+    }
+
+    /// Axes on which structure is left.
+    pub(crate) fn structured_axes(&self) -> Vec<Axis> {
+        let left = self.left();
+        left.structured().map(|(_, axis, _)| *axis).collect()
+    }
+
+    /// Evidence less all of χ² that is left: what compares searches, which may have strained different tolerances.
+    fn score(&self) -> f64 {
+        let accepted = self.found.accepted.as_ref();
+        let (evidence, gain) = accepted.map_or((0.0, 0.0), |t| (t.evidence, t.gain));
+        evidence - gain - self.prepared.left(gain)
+    }
+
+    /// What errors of the form of what is accepted may be.
+    fn form(&self) -> f64 {
+        let accepted = self.found.accepted.as_ref();
+        self.prepared.threshold(accepted.map_or(0.0, |t| t.gain))
+    }
+
+    /// What a search with curves that fit many mechanisms found, if such a curve leaves less than what is accepted, its
+    /// price counted; `in_place_of_late`: if it does not leave more.
+    pub(crate) fn better_curve(&self, other: &Self, in_place_of_late: bool) -> Option<Tested> {
+        let form = if in_place_of_late {
+            -self.form()
+        } else {
+            self.form()
+        };
+        let curve = other.found.accepted.clone()?;
+        let is_better = other.score() > self.score() + form;
+        let is_curve = curve.effects.iter().any(|e| is_shape(e.id));
+        (is_better && is_curve).then(|| curve.beside_noise(self.chi2_as_tried()))
+    }
+
+    /// χ² of all there was to explain beside the noise with which what is accepted was tried. Beside another one χ² counts
+    /// otherwise; the share of it that is explained does not.
+    fn chi2_as_tried(&self) -> f64 {
+        let accepted = self.found.accepted.as_ref();
+        let as_tried = accepted.and_then(|now| self.found.ranked.iter().find(|t| t.is_same(now)));
+        as_tried.map_or(self.prepared.problem.chi2, |t| t.to_explain)
+    }
+
+    /// Nominal parameters beside what is accepted, by name: value and deviation, and by how many tolerances it is off. Where
+    /// structure is left, they are those beside a smooth remainder: the price of white noise would say more of them than the logs
+    /// do, as it does of effects.
+    pub(crate) fn nominal(&mut self) -> Vec<(String, f64, f64, f64)> {
+        let axes = self.structured_axes();
+        let accepted = self.found.accepted.as_ref();
+        if axes.is_empty() {
+            return self.prepared.nominal(&self.earlier.0, accepted);
+        }
+        let nothing = Tested::default();
+        let smooth = smooth(&self.prepared, accepted.unwrap_or(&nothing), &axes);
+        self.prepared.stand_beside(&smooth);
+        let nominal = self.prepared.nominal(&self.earlier.0, accepted);
+        self.prepared.stand_alone(&smooth);
+        nominal
+    }
+
+    /// Whether another search leaves as little, but for errors of form.
+    pub(crate) fn is_as_good_as(&self, other: &Self) -> bool {
+        self.score() > other.score() - other.form()
+    }
+
+    /// What an earlier search tried that had more effects to choose from: ties with those are not seen in this one.
+    pub(crate) fn remember(&mut self, tried: Vec<Tested>) {
+        if let Some(accepted) = &self.found.accepted {
+            let ids = accepted.ids();
+            // Evidence counts beside the noise with which it was found.
+            let same = tried.iter().filter(|t| t.is_same(accepted));
+            let own = same.map(|t| t.evidence);
+            let own = own.reduce(f64::max).unwrap_or(accepted.evidence);
+            let support = ids.iter().zip(&mut self.found.support);
+            for (id, support) in support {
+                let others = |t: &&Tested| {
+                    let kept = t.ids().iter().filter(|other| ids.contains(other)).count();
+                    let lacks_it = t.effects.iter().all(|effect| effect.id != id);
+                    let one_exchanged = t.effects.len() == ids.len() && kept + 1 == ids.len();
+                    lacks_it && one_exchanged && t.wrong.is_empty()
+                };
+                let rivals = tried.iter().filter(others).map(|t| t.evidence);
+                let best = rivals.fold(f64::NEG_INFINITY, f64::max);
+                *support = support.with_rival(own - best);
+            }
+        }
+        self.found.ranked.extend(tried);
+    }
+
+    /// Whether an accepted effect is what it is called: no detail of another effect, which is a matter of form, nor what is another,
+    /// simpler one as long as the logs do not determine it.
+    pub(crate) fn is_a_law(&self, id: &str) -> bool {
+        let model = self.prepared.logs.first().map(|log| &log.scene.model);
+        let accepted = self.found.accepted.iter().flat_map(|t| &t.effects);
+        let mut all = self.earlier.0.iter().chain(accepted);
+        let fitted = all.find(|effect| effect.id == id).zip(model);
+        fitted.is_some_and(|(fitted, model)| {
+            let effect = LoadEffect::find(model, id);
+            let effect = effect.filter(|effect| !effect.effect.is_detail());
+            effect.is_some() && (simplest(model, id).is_none() || fitted.is_determined(model))
+        })
+    }
+
+    /// Root mean square of what its effects leave of the logs that no fit has seen, in units of the noise.
+    pub(crate) fn error_on_unseen(&self) -> f64 {
+        let accepted = self.found.accepted.clone().unwrap_or_default();
+        self.prepared.error_on_unseen(&accepted)
+    }
+
+    /// How many times as large as that of a finding with more effects its error on the logs that no fit has seen is, if that is
+    /// much.
+    pub(crate) fn foretells_worse_by(&self, error: f64) -> Option<f64> {
+        let worse = self.error_on_unseen() / error;
+        (self.can_foretell() && worse > FORETELLS).then_some(worse)
+    }
+
+    /// Whether anything follows from an error on logs that no fit has seen: not where all are those of the fit, nor where
+    /// something touches, as what imitates a law of contacts foretells as well as that.
+    pub(crate) fn can_foretell(&self) -> bool {
+        let Joint { logs, fitted, .. } = &self.prepared;
+        let touches = |log: &PreparedLog| log.scene.touches_anything();
+        *fitted < logs.len() && !logs.iter().any(touches)
+    }
+
+    /// The intervals of what is accepted hold the values of another answer, too.
+    pub(crate) fn hold(&mut self, other: &Tested) {
+        let accepted = self.found.accepted.iter_mut().flat_map(|t| &mut t.effects);
+        for effect in accepted.chain(&mut self.earlier.0) {
+            let same = other.effects.iter().find(|other| other.id == effect.id);
+            same.into_iter().for_each(|same| effect.hold(same));
+        }
+    }
+
+    /// The intervals of effects end where unseen data would be foretold much worse. Of each is given how much worse they are
+    /// without it.
+    pub(crate) fn foretell(&mut self, each: &BTreeMap<String, f64>) {
+        let accepted = self.found.accepted.iter_mut().flat_map(|t| &mut t.effects);
+        for effect in accepted.chain(&mut self.earlier.0) {
+            let worse = each.get(effect.id).copied();
+            worse.into_iter().for_each(|worse| effect.foretells(worse));
+        }
+    }
+
+    /// An effect, but for some, that the logs do not determine, or without which another hypothesis is likelier by far: the
+    /// search had ended beside it.
+    pub(crate) fn unsure(&self, but: &BTreeMap<String, f64>) -> Option<String> {
+        let model = &self.prepared.logs.first()?.scene.model;
+        let accepted = self.found.accepted.iter().flat_map(|t| &t.effects);
+        let each = accepted.zip(&self.found.support);
+        let unsure = each
+            .filter(|(effect, _)| !but.contains_key(effect.id))
+            .find(|(effect, support)| support.against < -UNLIKELY || !effect.is_determined(model));
+        unsure.map(|(effect, _)| effect.id.to_owned())
+    }
+
+    /// Effects of which the intervals say more than that they may not be there.
+    pub(crate) fn told(&self) -> Vec<String> {
+        let model = self.prepared.logs.first().map(|log| &log.scene.model);
+        let accepted = self.found.accepted.iter().flat_map(|t| &t.effects);
+        let all = self.earlier.0.iter().chain(accepted);
+        let told = all.filter(|effect| model.is_some_and(|model| effect.is_told(model)));
+        told.map(|effect| effect.id.to_owned()).collect()
+    }
+
+    /// Accepted effects that move the reading in time.
+    pub(crate) fn late(&self) -> Vec<String> {
+        self.those(LoadEffect::is_late)
+    }
+
+    /// Effects about which the logs disagree.
+    pub(crate) fn disagreeing_ids(&self) -> Vec<String> {
+        let all = self.found.disagreeing.iter();
+        all.map(|one| one.id.to_owned()).collect()
+    }
+
+    /// Accepted effects that follow the time and nothing else.
+    pub(crate) fn drifts(&self) -> Vec<String> {
+        self.those(LoadEffect::is_a_drift)
+    }
+
+    fn those(&self, is: impl Fn(&LoadEffect) -> bool) -> Vec<String> {
+        let model = self.prepared.logs.first().map(|log| &log.scene.model);
+        let is_one = |id: &String| {
+            let effect = model.and_then(|model| LoadEffect::find(model, id));
+            effect.is_some_and(&is)
+        };
+        self.ids().into_iter().filter(is_one).collect()
+    }
+
+    /// Whether a dry friction is among the effects, or those of the model.
+    pub(crate) fn has_dry_friction(&self, model: &Model) -> bool {
+        let is_dry = |id: &str| by_id(id).is_some_and(|e| e.kind == Some(Kind::DryFriction));
+        let mut known = model.effects.iter();
+        known.any(|effect| is_dry(&effect.id)) || self.ids().iter().any(|id| is_dry(id))
+    }
+
+    /// Ids for another search without some of the effects. With what moves the reading in time goes what was left out
+    /// for its sake.
+    pub(crate) fn ids_without(&self, gone: &[String]) -> Vec<String> {
+        let mut ids = self.ids();
+        if self.late().iter().any(|late| gone.contains(late)) {
+            let before = self.found.before_late.iter();
+            let more: Vec<String> = before.filter(|id| !ids.contains(id)).cloned().collect();
+            ids.extend(more);
+        }
+        ids.retain(|id| !gone.contains(id));
+        ids
+    }
+
+    /// Takes the remainder beside what the model has already.
+    pub(crate) fn stand_alone(&mut self) {
+        let axes = self.structured_axes();
+        if !axes.is_empty() {
+            let nothing = Tested::default();
+            let remainder = remainder(&self.prepared, &[], &nothing, &axes);
+            self.stand(&[], remainder, &BTreeMap::new());
+        }
+    }
+
+    /// Takes evidence and intervals from how the effects, earlier ones first, stand beside a remainder. What rivals have for them
+    /// by the price of white noise says nothing then. What stands because it foretells keeps its own.
+    pub(crate) fn stand(
+        &mut self,
+        each: &[Standing],
+        remainder: Remainder,
+        foretelling: &BTreeMap<String, f64>,
+    ) {
+        self.beside_remainder = Some(BesideRemainder {
+            imitated: Vec::new(),
+            remainder,
+        });
+        let accepted = self.found.accepted.iter_mut().flat_map(|t| &mut t.effects);
+        let effects = self.earlier.0.iter_mut().chain(accepted);
+        let support = self.earlier.1.iter_mut().chain(&mut self.found.support);
+        let each = effects.zip(support).zip(each);
+        for ((effect, support), standing) in each {
+            if foretelling.contains_key(effect.id) {
+                continue;
+            }
+            *support = match self.beside {
+                Some(_) => support.at_most(standing.evidence),
+                None => Support::alone(standing.evidence),
+            };
+            effect.stand(standing.amount);
+        }
+    }
+}

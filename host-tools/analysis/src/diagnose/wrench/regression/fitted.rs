@@ -1,0 +1,167 @@
+//! An effect with the parameters that the logs give it.
+
+use crate::diagnose::evidence::Foretold;
+use softdock_physics::model::Model;
+use softdock_physics::model::load::Scene;
+use softdock_physics::model::load::effects::{LoadEffect, Valued};
+use softdock_statistics::DEVIATIONS_95;
+use std::collections::BTreeMap;
+
+/// An effect with fitted parameters.
+#[derive(Clone, Debug)]
+pub(crate) struct Fitted {
+    /// The effect's id.
+    pub id: &'static str,
+    /// Value, standard deviation and unit of each parameter; choices have no deviation.
+    pub parameters: BTreeMap<&'static str, (f64, f64, &'static str)>,
+    /// Its amount beside a smooth remainder, of that without.
+    pub beside_remainder: f64,
+    /// Values of its parameters in other answers that the logs do not refute.
+    pub elsewhere: BTreeMap<&'static str, Vec<f64>>,
+    /// What unseen data say of its only parameter.
+    pub foretold: Foretold,
+}
+
+impl Fitted {
+    /// The effect with its values.
+    pub(crate) fn valued(&self, scene: &Scene) -> Option<Valued<'static>> {
+        let effect = LoadEffect::find(&scene.model, self.id)?;
+        let values = self.parameters.iter();
+        let values = values.map(|(name, (value, _, _))| ((*name).to_owned(), *value));
+        Some((effect, effect.given(&values.collect())))
+    }
+
+    /// The effect with one coefficient of its several at a time, where it is their sum.
+    pub(crate) fn terms(&self, model: &Model) -> Vec<Self> {
+        let effect = LoadEffect::find(model, self.id).filter(|effect| effect.is_linear());
+        let names = effect.iter().flat_map(|effect| &effect.coefficients);
+        let given = |name: &&str| self.parameters.get(name).is_some_and(|p| p.0 != 0.0);
+        let names: Vec<&str> = names.map(|c| c.name).filter(given).collect();
+        if names.len() < 2 {
+            return vec![self.clone()];
+        }
+        let term = |own: &&str| {
+            let mut term = self.clone();
+            for other in names.iter().filter(|name| name != &own) {
+                if let Some((value, _, _)) = term.parameters.get_mut(other) {
+                    *value = 0.0;
+                }
+            }
+            term
+        };
+        names.iter().map(term).collect()
+    }
+
+    /// Amounts of its [`Self::terms`] with which it is no more than what it is a detail of; none if it is no detail, or
+    /// lacks a part that would be needed: then that other effect stands beside it.
+    pub(crate) fn plain(&self, model: &Model) -> Option<Vec<f64>> {
+        let effect = LoadEffect::find(model, self.id)?;
+        let mut details = effect.effect.detail_of.iter();
+        let (_, plain) = details.find(|(_, plain)| !plain.is_empty())?;
+        let of = |name: &str| self.parameters.get(name).map_or(0.0, |p| p.0);
+        let parts = effect.coefficients.iter().zip(*plain);
+        let parts: Vec<(f64, f64)> = parts.map(|(c, amount)| (of(c.name), *amount)).collect();
+        let is_whole = parts
+            .iter()
+            .all(|(value, amount)| *value != 0.0 || *amount == 0.0);
+        let given = parts.iter().filter(|(value, _)| *value != 0.0);
+        is_whole.then(|| given.map(|(value, amount)| amount / value).collect())
+    }
+
+    /// Takes amount and deviation, a share of all coefficients, from how it stands beside a remainder.
+    pub(crate) fn stand(&mut self, (amount, share): (f64, f64)) {
+        self.beside_remainder = amount;
+        for (value, sigma, _) in self.parameters.values_mut() {
+            if *sigma > 0.0 {
+                *sigma = sigma.hypot(share * *value);
+            }
+        }
+    }
+
+    /// Whether the interval of a parameter leaves out 0.
+    fn is_sure(&self, name: &str) -> bool {
+        let [low, high] = self.interval(name);
+        low * high > 0.0
+    }
+
+    /// Whether the logs say more of its coefficients than that they may be 0.
+    pub(crate) fn is_determined(&self, model: &Model) -> bool {
+        LoadEffect::find(model, self.id)
+            .is_some_and(|effect| effect.is_determined(|name| self.is_sure(name)))
+    }
+
+    /// Whether its intervals say more than that it may not be there.
+    pub(crate) fn is_told(&self, model: &Model) -> bool {
+        LoadEffect::find(model, self.id)
+            .is_none_or(|effect| effect.is_told(|name| self.is_sure(name)))
+    }
+
+    /// Unseen data are foretold so many times worse without it: where it has one parameter, that bounds it.
+    pub(crate) fn foretells(&mut self, worse: f64) {
+        let free = self.parameters.values().filter(|p| p.1 > 0.0);
+        if let Some(share) = Foretold::bound(worse).filter(|_| free.count() == 1) {
+            self.foretold = share;
+        }
+    }
+
+    /// From now on the intervals hold the values of another answer, too.
+    pub(crate) fn hold(&mut self, other: &Self) {
+        for (name, (value, _, _)) in &other.parameters {
+            self.elsewhere.entry(name).or_default().push(*value);
+        }
+    }
+
+    /// 95 % interval of a parameter: it holds what the logs say without a remainder and beside one, as far as that foretells unseen
+    /// data, and what else may be there. 0 for one that it has not.
+    pub(crate) fn interval(&self, name: &str) -> [f64; 2] {
+        let Some((value, sigma, _)) = self.parameters.get(name) else {
+            return [0.0; 2];
+        };
+        let beside = self.beside_remainder * value;
+        let reach = DEVIATIONS_95 * sigma;
+        let said = [value.min(beside) - reach, value.max(beside) + reach];
+        let own = self.foretold.within(*value, said);
+        let others = self.elsewhere.get(name).into_iter().flatten();
+        others.fold(own, |[low, high], other| {
+            [low.min(*other), high.max(*other)]
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 2 ± 0.1 N alone, 0.9 of it beside a remainder, 0.5 N beside another effect.
+    #[test]
+    fn an_interval_holds_what_other_answers_say() {
+        let of = |value: f64| Fitted {
+            id: "guide_coulomb",
+            parameters: BTreeMap::from([("force_n", (value, 0.1, "N"))]),
+            beside_remainder: 0.9,
+            elsewhere: BTreeMap::new(),
+            foretold: Foretold::UNKNOWN,
+        };
+        let mut fitted = of(2.0);
+        let reach = 0.1 * DEVIATIONS_95;
+        assert_eq!(fitted.interval("force_n"), [1.8 - reach, 2.0 + reach]);
+        fitted.hold(&of(1.9));
+        assert_eq!(fitted.interval("force_n"), [1.8 - reach, 2.0 + reach]);
+        fitted.hold(&of(0.5));
+        assert_eq!(fitted.interval("force_n"), [0.5, 2.0 + reach]);
+        assert_eq!(fitted.interval("smoothing_speed_m_s"), [0.0; 2]);
+        // Without it the error is 1.1 times as large: so it is with twice as much, too.
+        let mut vague = of(2.0);
+        vague.parameters.insert("force_n", (2.0, 3.0, "N"));
+        vague.foretells(1.05);
+        assert!(vague.interval("force_n")[0] < -3.0);
+        vague.foretells(1.1);
+        assert_eq!(vague.interval("force_n"), [0.0, 4.0]);
+        vague.foretells(1.36);
+        let [low, high] = vague.interval("force_n");
+        assert!(
+            (low - 1.0).abs() < 0.01 && (high - 3.0).abs() < 0.01,
+            "{low} {high}"
+        );
+    }
+}

@@ -1,0 +1,530 @@
+//! The logs together, with one regression.
+
+use super::fitted::Fitted;
+use super::nuisance;
+use super::prepared_log::PreparedLog;
+use super::problem::{Problem, Segment, subtract};
+use super::tested::{Fits, Tested};
+use crate::diagnose::evidence::{self, strained};
+use nalgebra::DVector;
+use softdock_physics::model::Axis;
+use softdock_physics::model::load::effects::{LoadEffect, Pace, Sign, contribution};
+use softdock_physics::model::load::{Column, Scene};
+use softdock_statistics::dot;
+use std::sync::Arc;
+
+/// χ² per value beyond the noise that is more than details of the form of an effect.
+const MUCH: f64 = 0.05;
+
+/// A smooth remainder as a search takes it: functions, each of which may take a little.
+#[derive(Clone, Debug)]
+pub(crate) struct Smooth {
+    /// For each log its functions, each times the standard deviation of its amplitude.
+    pub functions: Vec<Vec<Column>>,
+    /// Axes on which they are.
+    pub axes: Vec<Axis>,
+    /// Values on these axes that count as one.
+    pub kappa: f64,
+}
+
+/// All logs with one regression.
+pub(crate) struct Joint {
+    /// The logs; the first ones are those of the fit.
+    pub logs: Vec<PreparedLog>,
+    /// Number of logs of the fit.
+    pub fitted: usize,
+    /// The regression of all.
+    pub problem: Problem,
+    /// By how much χ² falls with the effects that the model has already: laws whose form may be as
+    /// wrong as those of effects that are looked for.
+    pub known: f64,
+    /// By how much χ² would fall with a constant on each axis in place of all that, and beside the tolerances in place of what
+    /// is looked for: it has no form that could be wrong.
+    levels: [f64; 2],
+    /// Tolerances that are not available: what they would have to take is a finding.
+    frozen: Vec<usize>,
+    /// A smooth remainder is among the tolerances.
+    pub(crate) has_remainder: bool,
+    /// Hypotheses that the searches of the diagnosis have fitted.
+    pub(crate) fits: Arc<Fits>,
+}
+
+/// The highest point of a parabola through 0 at 0, of which the values at 1 and at -1 are given; 0 for one that has none.
+fn top(up: f64, down: f64) -> f64 {
+    let (slope, bend) = (0.5 * (up - down), -(up + down));
+    if bend > 0.0 {
+        0.5 * slope * slope / bend
+    } else {
+        0.0
+    }
+}
+
+impl Joint {
+    /// The longest cycle, the largest usual speed, and the shortest duration.
+    pub(crate) fn pace(&self) -> Pace {
+        let most = |of: fn(&Scene) -> f64| {
+            let each = self.logs.iter().map(|log| of(&log.scene));
+            each.fold(0.0, f64::max)
+        };
+        Pace {
+            cycle_s: most(|scene| scene.cycle_s),
+            speed: most(Scene::rms_speed),
+            shortest_s: self
+                .logs
+                .iter()
+                .map(|log| log.scene.cycle_s * log.fresh.len() as f64)
+                .fold(f64::INFINITY, f64::min),
+        }
+    }
+
+    /// All logs together. `fits`: of all searches of the diagnosis.
+    pub(crate) fn new(logs: Vec<PreparedLog>, fitted: usize, fits: &Arc<Fits>) -> Self {
+        let problem = problem(&logs, &[], |_, _| true);
+        let joint = Self {
+            logs,
+            fitted,
+            problem,
+            known: 0.0,
+            levels: [0.0; 2],
+            frozen: Vec::new(),
+            has_remainder: false,
+            fits: Arc::clone(fits),
+        };
+        let mut known: Vec<Column> = joint.logs.iter().map(|log| log.scene.known()).collect();
+        known.iter_mut().for_each(|column| column.scale(-1.0));
+        let nothing = joint.problem.whitened(&known.iter().collect::<Vec<_>>());
+        let (before, now) = (joint.squares(&nothing), joint.squares(&Column::default()));
+        Self {
+            known: (before - now).max(0.0),
+            levels: joint.levels_beside(&nothing, before),
+            ..joint
+        }
+    }
+
+    /// Squares of what a column leaves beside the tolerances as they are: uncertainties, which are among these, must not stand in
+    /// for what is uncertain.
+    fn squares(&self, white: &Column) -> f64 {
+        let at_rest = DVector::zeros(self.all_tolerances());
+        let rest = self.problem.rest(white, &at_rest);
+        rest.0.iter().flatten().map(|r| r * r).sum()
+    }
+
+    /// See [`Self::levels`]; `nothing`: what the known effects took, taken back, and `before`, what is left then.
+    fn levels_beside(&self, nothing: &Column, before: f64) -> [f64; 2] {
+        let constant = |axis: &Axis| {
+            let of = |log: &PreparedLog| {
+                let mut constant = Column::default();
+                constant.0[axis.index()] = vec![1.0; log.fresh.len()];
+                constant
+            };
+            let of_logs: Vec<Column> = self.logs.iter().map(of).collect();
+            self.problem.whitened(&of_logs.iter().collect::<Vec<_>>())
+        };
+        let constants: Vec<Column> = Axis::ALL.iter().map(constant).collect();
+        let beside_known = |constant: &Column| {
+            let with = |amount: f64| {
+                let mut both = nothing.clone();
+                subtract(&mut both, constant, -amount);
+                before - self.squares(&both)
+            };
+            top(with(1.0), with(-1.0))
+        };
+        let beside_tolerances = |constant: &Column| {
+            let with = |amount: f64| {
+                let mut constant = constant.clone();
+                constant.scale(amount);
+                self.problem.gain_of(&constant)
+            };
+            top(with(1.0), with(-1.0))
+        };
+        [
+            constants.iter().map(beside_known).sum(),
+            constants.iter().map(beside_tolerances).sum(),
+        ]
+    }
+
+    /// From now on beside a smooth remainder, which may take what it likes as the tolerances may.
+    pub(crate) fn stand_beside(&mut self, smooth: &Smooth) {
+        for (log, functions) in self.logs.iter_mut().zip(&smooth.functions) {
+            log.tolerances.extend(functions.iter().cloned());
+            for axis in &smooth.axes {
+                log.noise_model[axis.index()].sigma *= smooth.kappa.sqrt();
+            }
+        }
+        self.problem = self.of_rows(|_, _| true);
+        self.has_remainder = true;
+    }
+
+    /// The opposite.
+    pub(crate) fn stand_alone(&mut self, smooth: &Smooth) {
+        let kept = self.all_tolerances() - smooth.functions.first().map_or(0, Vec::len);
+        for log in &mut self.logs {
+            log.tolerances.truncate(kept);
+            for axis in &smooth.axes {
+                log.noise_model[axis.index()].sigma /= smooth.kappa.sqrt();
+            }
+        }
+        self.frozen.retain(|k| *k < kept);
+        self.problem = self.of_rows(|_, _| true);
+        self.has_remainder = false;
+    }
+
+    /// A hypothesis with what it is worth in this regression as it is.
+    pub(crate) fn valued(&self, tested: Tested) -> Tested {
+        let white = self.white_part(Some(&tested));
+        let gains = self.problem.gains(&white);
+        let gain = self.problem.gain_of(&white);
+        Tested {
+            evidence: tested.evidence - tested.gain + gain,
+            to_explain: self.problem.chi2,
+            gain,
+            gains,
+            ..tested
+        }
+    }
+
+    /// χ² that laws explain, with those that gain so much; beside a remainder, which holds the errors of their form,
+    /// nothing.
+    pub(crate) fn explained(&self, gain: f64) -> f64 {
+        if self.has_remainder {
+            return 0.0;
+        }
+        (self.known + gain - self.levels[0]).max(0.0)
+    }
+
+    /// The same but for constants, which the tolerances of a zero take where nobody looks for them.
+    pub(crate) fn explained_beyond_zeros(&self, gain: f64) -> f64 {
+        let beyond = |gain: f64, level: f64| (gain - level).max(0.0);
+        beyond(self.known, self.levels[0]) + beyond(gain, self.levels[1])
+    }
+
+    /// What an effect has to bring beside others that gain so much.
+    pub(crate) fn threshold(&self, gain: f64) -> f64 {
+        evidence::threshold(self.explained(gain))
+    }
+
+    /// The regression of some rows: `keeps` is asked for log and row.
+    pub(crate) fn of_rows(&self, keeps: impl Fn(usize, usize) -> bool) -> Problem {
+        problem(&self.logs, &self.frozen, keeps)
+    }
+
+    /// The regression of the logs of the fit.
+    pub(crate) fn of_fit(&self) -> Problem {
+        self.of_rows(|log, _| log < self.fitted)
+    }
+
+    /// The regression of the first `logs`, without one of so many pieces of all their rows: what differs from log to log shows in
+    /// pieces that lie in one of them.
+    pub(crate) fn without(&self, piece: usize, of: usize, logs: usize) -> Problem {
+        let counts = self.logs.iter().take(logs).map(|log| log.fresh.len());
+        let counts: Vec<usize> = counts.collect();
+        let before: Vec<usize> = (0..counts.len())
+            .map(|k| counts[..k].iter().sum())
+            .collect();
+        let rows = counts.iter().sum::<usize>().max(1);
+        self.of_rows(|log, n| log < logs && (before[log] + n) * of / rows != piece)
+    }
+
+    /// Takes tolerances away that a hypothesis strains; returns whether there are any.
+    pub(crate) fn freeze_strained(&mut self, tested: Option<&Tested>) -> bool {
+        let taken = self.problem.tolerances_with(&self.white_part(tested));
+        let open: Vec<usize> = self.open_tolerances().collect();
+        let strained = strained(taken.as_slice(), self.problem.informed());
+        let strained: Vec<usize> = strained.iter().map(|k| open[*k]).collect();
+        let any = !strained.is_empty();
+        if any {
+            self.frozen.extend(strained);
+            self.problem = self.of_rows(|_, _| true);
+        }
+        any
+    }
+
+    /// Number of nominal parameters that have a tolerance.
+    pub(crate) fn all_tolerances(&self) -> usize {
+        self.logs.first().map_or(0, |log| log.tolerances.len())
+    }
+
+    /// Which of them may move within it.
+    pub(crate) fn open_tolerances(&self) -> impl Iterator<Item = usize> {
+        (0..self.all_tolerances()).filter(|i| !self.frozen.contains(i))
+    }
+
+    /// Nominal parameters beside a hypothesis: value and standard deviation, and by how many tolerances
+    /// it is off. Those that the logs say nothing about are left out, and those that an effect of the hypothesis stands for:
+    /// its amounts are estimated with them, as are those of the `earlier` effects, which the residual is already without.
+    pub(crate) fn nominal(
+        &self,
+        earlier: &[Fitted],
+        tested: Option<&Tested>,
+    ) -> Vec<(String, f64, f64, f64)> {
+        /// Share of a tolerance that the logs have to take away to say something.
+        const SAYS: f64 = 0.05;
+        let Some(first) = self.logs.first() else {
+            return Vec::new();
+        };
+        let model = &first.scene.model;
+        let nothing = Tested::default();
+        let accepted = tested.unwrap_or(&nothing);
+        let effects = earlier.iter().chain(&accepted.effects);
+        let terms = effects.flat_map(|one| one.terms(model));
+        let terms = terms.map(|term| self.white_part_of(accepted, &term));
+        let terms: Vec<Column> = terms.filter(|column| !column.is_zero()).collect();
+        let after = self
+            .problem
+            .tolerances_beside(&self.white_part(tested), &terms);
+        let all = nuisance::all(model);
+        let each = self.open_tolerances().enumerate().filter_map(|(k, i)| {
+            let nuisance = all.get(i)?;
+            let [off, sigma] = after[k];
+            let value = nuisance.value + off * nuisance.tolerance;
+            let says = sigma < 1.0 - SAYS;
+            says.then(|| {
+                (
+                    nuisance.name.clone(),
+                    value,
+                    sigma * nuisance.tolerance,
+                    off,
+                )
+            })
+        });
+        each.collect()
+    }
+
+    /// What a hypothesis contributes to each log.
+    pub(crate) fn parts(&self, tested: Option<&Tested>) -> Vec<Column> {
+        let of = |log: &PreparedLog| tested.map(|t| t.contribution(&log.scene));
+        self.logs
+            .iter()
+            .map(|log| of(log).unwrap_or_default())
+            .collect()
+    }
+
+    /// Root mean square of what a hypothesis leaves of the logs that no fit has seen, of all if there are none, in units of
+    /// the data sheet's noise.
+    pub(crate) fn error_on_unseen(&self, tested: &Tested) -> f64 {
+        self.errors(tested)[1]
+    }
+
+    /// The same of the logs of the fit, and of those that no fit has seen.
+    pub(crate) fn errors(&self, tested: &Tested) -> [f64; 2] {
+        let first = if self.fitted < self.logs.len() {
+            self.fitted
+        } else {
+            0
+        };
+        let of_log = |log: &PreparedLog| {
+            let mut left = log.residual.clone();
+            subtract(&mut left, &tested.contribution(&log.scene), 1.0);
+            let of_axis = |(series, sheet): (&Vec<f64>, f64)| {
+                let counted = series.iter().zip(&log.fresh).filter(|(_, fresh)| **fresh);
+                counted.map(|(r, _)| (r / sheet).powi(2)).sum::<f64>()
+            };
+            let axes = left.0.iter().zip(log.sheet_sigma);
+            let rows = log.fresh.iter().filter(|fresh| **fresh).count();
+            (axes.map(of_axis).sum::<f64>(), rows)
+        };
+        let of_logs = |logs: &[PreparedLog]| {
+            let each = logs.iter().map(of_log);
+            let (squares, rows) = each.fold((0.0, 0), |sum, of| (sum.0 + of.0, sum.1 + of.1));
+            (squares / rows.max(1) as f64).sqrt()
+        };
+        [
+            of_logs(&self.logs[..self.fitted]),
+            of_logs(&self.logs[first..]),
+        ]
+    }
+
+    /// Says so of an effect whose error of form would be as large as all that was measured and all that the model lacks: others
+    /// would have to cancel it more exactly than their laws hold.
+    pub(crate) fn oversized(&self, effect: &Fitted) -> Option<String> {
+        let power = |log: &PreparedLog, of: &Column| -> f64 {
+            let axes = of.0.iter().zip(log.sheet_sigma);
+            axes.map(|(series, sigma)| dot(series, series) / (sigma * sigma))
+                .sum()
+        };
+        let (mut own, mut there) = (0.0, 0.0);
+        for log in &self.logs {
+            let valued = effect
+                .valued(&log.scene)
+                .filter(|(effect, _)| !effect.is_late())?;
+            own += power(log, &contribution(&log.scene, &[valued]));
+            let mut reading = log.residual.clone();
+            reading.add(&log.scene.reading.0);
+            there += f64::max(power(log, &reading), power(log, &log.residual));
+        }
+        /// Beyond so many times the reading an amount is none that anybody would estimate.
+        const OPEN: f64 = 1e3;
+        let times = (own / there).sqrt();
+        let times = match times > OPEN {
+            true => format!("more than {OPEN}"),
+            false => format!("{times:.0}"),
+        };
+        (evidence::LAW * own > there).then(|| format!("{} of {times} times the reading", effect.id))
+    }
+
+    fn white_part(&self, tested: Option<&Tested>) -> Column {
+        let parts = self.parts(tested);
+        self.problem.whitened(&parts.iter().collect::<Vec<_>>())
+    }
+
+    /// What one effect of a hypothesis contributes, in units of the noise.
+    pub(crate) fn white_part_of(&self, tested: &Tested, one: &Fitted) -> Column {
+        let logs = self.logs.iter();
+        let parts: Vec<Column> = logs.map(|log| tested.part(&log.scene, one)).collect();
+        self.problem.whitened(&parts.iter().collect::<Vec<_>>())
+    }
+
+    /// What a hypothesis and the tolerances leave of each log, in units of the noise; and what they
+    /// leave of its readings, with the tolerances spent and without.
+    pub(crate) fn rests(&self, tested: Option<&Tested>, smooth: &[Column]) -> Vec<Rest> {
+        let mut parts = self.parts(tested);
+        for (part, smooth) in parts.iter_mut().zip(smooth) {
+            part.add(&smooth.0);
+        }
+        let white = self.problem.whitened(&parts.iter().collect::<Vec<_>>());
+        let taken = self.problem.tolerances_with(&white);
+        let rest = self.problem.rest(&white, &taken);
+        let open: Vec<usize> = self.open_tolerances().collect();
+        let of = |(k, (log, part)): (usize, (&PreparedLog, &Column))| {
+            let mut exact = log.residual.clone();
+            subtract(&mut exact, part, 1.0);
+            let mut raw = exact.clone();
+            for (i, taken) in open.iter().zip(&taken) {
+                subtract(&mut raw, &log.tolerances[*i], *taken);
+            }
+            Rest {
+                white: self.problem.part(&rest, k),
+                raw,
+                exact,
+            }
+        };
+        self.logs.iter().zip(&parts).enumerate().map(of).collect()
+    }
+
+    /// Columns of an effect at some places over all logs, in units of the noise of a regression of them; None where
+    /// no log has anything for it to act on. `around`: coefficients around which they are taken.
+    pub(crate) fn columns(
+        &self,
+        problem: &Problem,
+        effect: &LoadEffect,
+        shapes: &[f64],
+        places: &[usize],
+        around: &[f64],
+    ) -> Option<Vec<Column>> {
+        let is_none = |log: &PreparedLog| effect.never_reaches_its_level(&log.scene, shapes);
+        if self.logs.iter().all(is_none) {
+            return None;
+        }
+        let build = |(k, log): (usize, &PreparedLog)| {
+            let counts = problem.counts(k);
+            counts.then(|| effect.columns_at(&log.scene, shapes, places, around))?
+        };
+        let of_logs: Vec<Option<Vec<Column>>> = self.logs.iter().enumerate().map(build).collect();
+        if of_logs.iter().all(Option::is_none) {
+            return None;
+        }
+        let nothing = Column::default();
+        let column = |k: usize| {
+            let each = of_logs.iter();
+            let each = each.map(|c| c.as_ref().map_or(&nothing, |c| &c[k]));
+            problem.whitened(&each.collect::<Vec<_>>())
+        };
+        Some((0..places.len()).map(column).collect())
+    }
+
+    /// Whether readings come in steps.
+    pub(crate) fn is_rounded(&self) -> bool {
+        let mut half_steps = self.logs.iter().flat_map(|log| log.half_step);
+        half_steps.any(|half| half > 0.0)
+    }
+
+    /// Fall of the squared distance to the intervals of rounded readings.
+    pub(crate) fn gain_beyond_rounding(&self, tested: &Tested) -> f64 {
+        if !self.is_rounded() {
+            return f64::INFINITY;
+        }
+        let parts = self.parts(Some(tested));
+        let both = self.logs.iter().zip(&parts);
+        let each = both.map(|(log, part)| log.gain_beyond_rounding(part));
+        // What is beyond the rounding on one log alone is not an effect.
+        self.logs.len() as f64 * each.fold(f64::INFINITY, f64::min)
+    }
+
+    /// For each effect the largest gain in χ² of an amount of its own for one of the logs, and the gain of its common amount beside
+    /// the others.
+    pub(crate) fn contrasts(&self, tested: &Tested) -> Vec<[f64; 2]> {
+        let effects = tested.effects.iter();
+        let parts: Vec<Column> = effects.map(|one| self.white_part_of(tested, one)).collect();
+        let gain = |columns: &[&Column]| -> f64 {
+            let free = vec![Sign::Free; columns.len()];
+            let solution = self.problem.solve_whitened(columns, &free);
+            solution.map_or(f64::NEG_INFINITY, |s| s.gain)
+        };
+        let all: Vec<&Column> = parts.iter().collect();
+        let common = gain(&all);
+        let of = |place: usize| {
+            let own = |log: usize| {
+                let own = self.problem.masked(&parts[place], log);
+                gain(&[&all[..], &[&own]].concat()) - common
+            };
+            let own = (0..self.logs.len()).map(own).fold(0.0, f64::max);
+            let others = [&all[..place], &all[place + 1..]].concat();
+            let without = match others.is_empty() {
+                true => 0.0,
+                false => gain(&others),
+            };
+            [own, common - without]
+        };
+        (0..parts.len()).map(of).collect()
+    }
+
+    /// χ² that is left beyond the number of values when it has fallen by this gain.
+    pub(crate) fn left(&self, gain: f64) -> f64 {
+        self.problem.chi2 - gain - self.problem.count as f64
+    }
+
+    /// Whether that is more than details of the form of an effect.
+    pub(crate) fn has_much_left(&self, gain: f64) -> bool {
+        self.has_remainder || self.left(gain) > MUCH * self.problem.count as f64
+    }
+}
+
+/// What is left of a log.
+pub(crate) struct Rest {
+    /// In units of the noise.
+    pub white: Column,
+    /// Of the readings, with the tolerances spent.
+    pub raw: Column,
+    /// The same with exact nominal parameters.
+    pub exact: Column,
+}
+
+fn problem(
+    logs: &[PreparedLog],
+    frozen: &[usize],
+    keeps: impl Fn(usize, usize) -> bool,
+) -> Problem {
+    let segment = |(k, log): (usize, &PreparedLog)| Segment {
+        noise_model: log.noise_model,
+        fresh: (0..log.fresh.len())
+            .map(|n| log.fresh[n] && keeps(k, n))
+            .collect(),
+    };
+    let segments = logs.iter().enumerate().map(segment).collect();
+    let residuals: Vec<&Column> = logs.iter().map(|log| &log.residual).collect();
+    let open = |log: &PreparedLog| -> Vec<Column> {
+        let all = log.tolerances.iter().enumerate();
+        let open = all.filter(|(i, _)| !frozen.contains(i));
+        open.map(|(_, column)| column.clone()).collect()
+    };
+    let tolerances: Vec<Vec<Column>> = logs.iter().map(open).collect();
+    let tolerances: Vec<&[Column]> = tolerances.iter().map(|t| &t[..]).collect();
+    let mut problem = Problem::new(segments, &residuals, &tolerances);
+    // A low-pass leaves two values per period of its cutoff.
+    let share = logs.first().map_or(1.0, |log| {
+        let filter = log.scene.model.sensor.filter;
+        filter.map_or(1.0, |f| (2.0 * f.cutoff_hz * log.scene.cycle_s).min(1.0))
+    });
+    problem.count = (share * problem.count as f64) as usize;
+    problem
+}

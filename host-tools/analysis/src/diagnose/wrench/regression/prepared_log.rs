@@ -1,0 +1,152 @@
+//! A log, prepared for the regression of its wrench.
+
+use super::nuisance;
+use super::saturated;
+use super::stiction::without_stiction;
+use crate::diagnose::noise::autoregressive::{AutoregressiveNoise, ORDER};
+use crate::diagnose::wrench::sampling::Sampling;
+use softdock_physics::model::Model;
+use softdock_physics::model::load::{Column, Scene};
+use softdock_physics::model::log::Log;
+
+/// One log, ready for the regression.
+pub(crate) struct PreparedLog {
+    /// Its motion and nominal reading.
+    pub scene: Scene,
+    /// Measured minus nominal reading.
+    pub residual: Column,
+    /// Rows that count.
+    pub fresh: Vec<bool>,
+    /// Autoregressive noise model of each axis.
+    pub noise_model: [AutoregressiveNoise; 6],
+    /// Change of the reading for one tolerance of each parameter.
+    pub tolerances: Vec<Column>,
+    /// Noise by data sheet, with what the rounding of the readings adds.
+    pub sheet_sigma: [f64; 6],
+    /// Half of a step of the readings, where they are visibly rounded.
+    pub half_step: [f64; 6],
+    /// Its poses are the integral of its velocities: where a rig stands nobody has measured.
+    pub has_own_origin: bool,
+}
+
+impl PreparedLog {
+    /// Prepares a log.
+    pub(crate) fn new(model: &Model, log: &Log, scene: Scene, sampling: &mut Sampling) -> Self {
+        let measured = log.measured();
+        let mut residual = Column::of(log.cycle_count(), |n| {
+            std::array::from_fn(|axis| match measured[axis] {
+                true => log.wrench[axis][n] - scene.reading.at(axis, n),
+                false => 0.0,
+            })
+        });
+        let mean = |series: &Vec<f64>| series.iter().sum::<f64>() / series.len().max(1) as f64;
+        sampling.look_at_zero(&residual.0.each_ref().map(mean));
+        for (axis, series) in residual.0.iter_mut().enumerate() {
+            series
+                .iter_mut()
+                .for_each(|r| *r += sampling.centring(axis));
+        }
+        // Rounding to a step q is noise of q/√12.
+        let mut sheet = sheet_sigma(model);
+        for (axis, sigma) in sheet.iter_mut().enumerate() {
+            *sigma = sigma.hypot(sampling.lsb[axis / 3] / 12.0_f64.sqrt());
+        }
+        let tolerances = nuisance::columns(model, &scene);
+        let tolerances: Vec<Column> = tolerances.into_iter().map(|c| scene.shown(c)).collect();
+        let apart = model.sensor.at_rest || is_sparse(&sampling.fresh);
+        let whole = match apart {
+            true => sampling.fresh.clone(),
+            false => after_gaps(&sampling.fresh),
+        };
+        let fresh = without_stiction(&scene, &whole);
+        let unexplained = saturated::residual(&scene, &residual, &tolerances, &sheet, &fresh);
+        let cutoff_hz = model.sensor.filter.map(|filter| filter.cutoff_hz);
+        let noise_model = std::array::from_fn(|axis| {
+            let series = &unexplained.0[axis];
+            if model.sensor.at_rest || series.is_empty() {
+                return AutoregressiveNoise::white(sheet[axis]);
+            }
+            // What does not count has no noise, not one of 0.
+            let counted = series.iter().zip(&fresh);
+            let counted = counted.map(|(value, fresh)| if *fresh { *value } else { f64::NAN });
+            let mut counted: Vec<f64> = counted.collect();
+            if apart {
+                counted.retain(|value| value.is_finite());
+            }
+            let cycle_s = log.cycle_s * series.len() as f64 / counted.len().max(1) as f64;
+            let mut noise_model = AutoregressiveNoise::of(&counted, cycle_s, 0.3, cutoff_hz);
+            if apart {
+                noise_model = AutoregressiveNoise::white(noise_model.level);
+            }
+            noise_model.sigma *= sheet[axis];
+            noise_model.level *= sheet[axis];
+            noise_model
+        });
+        Self {
+            scene,
+            residual,
+            fresh,
+            noise_model,
+            tolerances,
+            sheet_sigma: sheet,
+            half_step: std::array::from_fn(|axis| 0.5 * sampling.lsb[axis / 3]),
+            has_own_origin: log.has_own_origin(),
+        }
+    }
+
+    /// Fall of Σ (distance to the interval that a rounded reading stands for)², in σ²; an effect
+    /// that only moves predictions inside of these intervals has no evidence. Without rounding the
+    /// question does not arise.
+    pub(crate) fn gain_beyond_rounding(&self, contribution: &Column) -> f64 {
+        if self.half_step.iter().all(|h| *h <= 0.0) {
+            return f64::INFINITY;
+        }
+        let sheet = sheet_sigma(&self.scene.model);
+        let mut gain = 0.0;
+        for (axis, sheet) in sheet.into_iter().enumerate() {
+            let half = self.half_step[axis];
+            let outside = |r: f64| ((r.abs() - half).max(0.0) / sheet).powi(2);
+            for (n, residual) in self.residual.0[axis].iter().enumerate() {
+                gain += outside(*residual) - outside(residual - contribution.at(axis, n));
+            }
+        }
+        gain
+    }
+}
+
+/// Rows that count but for those whose whitened residual mixes in one that does not.
+fn after_gaps(fresh: &[bool]) -> Vec<bool> {
+    let whole = |n: usize| {
+        fresh[n.saturating_sub(ORDER)..=n]
+            .iter()
+            .all(|fresh| *fresh)
+    };
+    (0..fresh.len()).map(whole).collect()
+}
+
+/// Whether most of the rows that count have one before them that does not, as where a sensor is slower than the log: each is then
+/// taken by itself, with white noise.
+fn is_sparse(fresh: &[bool]) -> bool {
+    let count = |rows: &[bool]| rows.iter().filter(|fresh| **fresh).count();
+    2 * count(&after_gaps(fresh)) < count(fresh)
+}
+
+/// Noise of the six readings by data sheet.
+pub(crate) fn sheet_sigma(model: &Model) -> [f64; 6] {
+    let (force, torque) = (model.noise.force_n, model.noise.torque_n_m);
+    [force, force, force, torque, torque, torque]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of a sensor at half the rate no row has the rows before it that whitening takes: each counts by itself.
+    #[test]
+    fn readings_of_a_slow_sensor_are_taken_one_by_one() {
+        let every = |kept: fn(usize) -> bool| -> Vec<bool> { (0..1000).map(kept).collect() };
+        assert!(is_sparse(&every(|n| n % 2 == 0)));
+        assert!(!is_sparse(&every(|n| n % 20 != 0)));
+        assert!(!is_sparse(&every(|_| true)));
+    }
+}

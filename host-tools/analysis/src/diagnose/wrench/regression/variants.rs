@@ -1,0 +1,354 @@
+//! All hypotheses about the reading, with every shape that is tried, as columns of one regression.
+
+use super::joint::Joint;
+use super::prepared_log::PreparedLog;
+use super::tested::Tested;
+use nalgebra::{DMatrix, DVector};
+use softdock_physics::model::load::Column;
+use softdock_physics::model::load::effects::{LoadEffect, Loaded, Pace, Shape, Sign};
+
+/// An effect with given shape parameters.
+pub(crate) struct Variant {
+    /// The effect.
+    pub effect: &'static LoadEffect,
+    /// Its shape parameters.
+    pub shapes: Vec<f64>,
+    /// Places of its columns in the library.
+    pub columns: Vec<usize>,
+    /// What its coefficients may be.
+    pub signs: Vec<Sign>,
+}
+
+impl Variant {
+    /// Shape parameters that were scanned count as parameters.
+    pub(crate) fn scanned(&self) -> usize {
+        self.effect.shapes.iter().filter(|s| !s.choice).count()
+    }
+}
+
+/// All variants with their columns and the products of these.
+pub(crate) struct Library {
+    /// The hypotheses.
+    pub variants: Vec<Variant>,
+    /// Ids of what the model has.
+    pub known: Vec<String>,
+    /// Columns over all logs, in units of the noise.
+    pub columns: Vec<Column>,
+    /// Tolerances that were open when the products were made.
+    tolerances: Vec<usize>,
+    /// Products of these, the columns and the residual.
+    products: DMatrix<f64>,
+    /// Products of the columns after the tolerances.
+    pub gram: DMatrix<f64>,
+    /// Products with the residual.
+    pub right: DVector<f64>,
+}
+
+impl Library {
+    /// For some logs; `excluded` effects are in the model already, or not to be tried.
+    pub(crate) fn new(joint: &Joint, excluded: &dyn Fn(&str) -> bool) -> Self {
+        use rayon::prelude::*;
+        let model = joint.logs.first().map(|log| &log.scene.model);
+        let wanted = wanted(joint, excluded);
+        let built: Vec<Option<Vec<Column>>> = wanted
+            .par_iter()
+            .map(|(effect, shapes)| {
+                joint.columns(&joint.problem, effect, shapes, &effect.places(), &[])
+            })
+            .collect();
+        let mut store = Store::default();
+        let mut variants = Vec::new();
+        for ((effect, shapes), columns) in wanted.into_iter().zip(built) {
+            let acts = || joint.logs.iter().any(|log| effect.acts(&log.scene));
+            let columns = match columns {
+                Some(columns) => columns,
+                // Nothing loads the sensor that is known yet: see `around`.
+                None if effect.is_late() && acts() => vec![Column::default()],
+                None => continue,
+            };
+            let signs = match effect.coefficients.as_slice() {
+                [] => vec![Sign::One; columns.len()],
+                some => some.iter().map(|c| c.sign).collect(),
+            };
+            variants.push(Variant {
+                effect,
+                shapes,
+                columns: columns.into_iter().map(|c| store.place(c)).collect(),
+                signs,
+            });
+        }
+        let products = joint.problem.all_products(&store.columns);
+        let (gram, right) = joint.problem.after_tolerances(&products);
+        let known = model.into_iter().flat_map(|m| &m.effects);
+        Self {
+            variants,
+            known: known.map(|e| e.id.clone()).collect(),
+            columns: store.columns,
+            tolerances: joint.open_tolerances().collect(),
+            products,
+            gram,
+            right,
+        }
+    }
+
+    /// The same around what was found: what moves the reading in time moves that, too, and, if the shapes that are tried are
+    /// too far `apart`, what was found has its own. Beside a delay that is off by half a step all that looks like the difference
+    /// would seem to be missing. None where neither makes a difference.
+    pub(crate) fn around(mut self, joint: &Joint, found: &Tested, apart: bool) -> Option<Self> {
+        let scenes = joint.logs.iter().map(|log| &log.scene);
+        let loads: Vec<Loaded<'_>> = scenes
+            .map(|scene| Loaded::by(scene, &found.loads(scene)))
+            .collect();
+        let moves = self.moves(joint, &loads);
+        if moves {
+            self.move_in_time(joint, &loads);
+        }
+        if apart {
+            self.refine(joint, found, &loads);
+        }
+        if !moves && !apart {
+            return None;
+        }
+        let products = joint
+            .problem
+            .more_products(&self.open_products(joint), &self.columns);
+        let (gram, right) = joint.problem.after_tolerances(&products);
+        Some(Self {
+            tolerances: joint.open_tolerances().collect(),
+            products,
+            gram,
+            right,
+            ..self
+        })
+    }
+
+    /// Whether what moves the reading in time has to move what was found to load the sensor of each log: without that it
+    /// cannot be seen. Not where there is none, where what was found is little beside what was known, or where what is measured
+    /// hardly changes: of a constant command nobody knows when it was given.
+    fn moves(&self, joint: &Joint, of_logs: &[Loaded<'_>]) -> bool {
+        /// Share of the reading, as a power, below which a column that lacks it is right enough to look on: its
+        /// gain is wrong by as much.
+        const LITTLE: f64 = 0.1;
+        let power = |of: &dyn Fn(&PreparedLog, &Loaded<'_>) -> Column| -> f64 {
+            let logs = joint.logs.iter().zip(of_logs);
+            logs.map(|(log, loads)| variation(&of(log, loads))).sum()
+        };
+        let more = power(&|_, loads| loads.read());
+        let known = power(&|log, _| log.scene.reading.clone());
+        let measured = power(&|log, _| {
+            let mut measured = log.residual.clone();
+            measured.add(&log.scene.reading.0);
+            measured
+        });
+        let varies = measured > LITTLE * more;
+        let late = self.variants.iter().any(|v| v.effect.is_late());
+        late && more >= LITTLE * known && varies
+    }
+
+    /// What moves the reading in time moves these loads, too.
+    fn move_in_time(&mut self, joint: &Joint, of_logs: &[Loaded<'_>]) {
+        for variant in self.variants.iter_mut().filter(|v| v.effect.is_late()) {
+            variant.columns = vec![self.columns.len()];
+            self.columns
+                .push(moved(joint, of_logs, variant.effect, &variant.shapes));
+        }
+    }
+
+    /// Adds what was found with its own shapes.
+    fn refine(&mut self, joint: &Joint, found: &Tested, of_logs: &[Loaded<'_>]) {
+        for fitted in &found.effects {
+            let alike = self.variants.iter().find(|v| v.effect.id == fitted.id);
+            let Some((effect, signs)) = alike.map(|v| (v.effect, v.signs.clone())) else {
+                continue;
+            };
+            let shape = |shape: &Shape| fitted.parameters.get(shape.name).map_or(0.0, |p| p.0);
+            let shapes: Vec<f64> = effect.shapes.iter().map(shape).collect();
+            if self
+                .variants
+                .iter()
+                .any(|v| v.effect.id == effect.id && v.shapes == shapes)
+            {
+                continue;
+            }
+            let columns = match effect.is_late() && found.effects.len() > 1 {
+                true => Some(vec![moved(joint, of_logs, effect, &shapes)]),
+                false => joint.columns(&joint.problem, effect, &shapes, &effect.places(), &[]),
+            };
+            let Some(columns) = columns else {
+                continue;
+            };
+            let first = self.columns.len();
+            let places = (first..first + columns.len()).collect();
+            self.columns.extend(columns);
+            self.variants.push(Variant {
+                effect,
+                shapes,
+                columns: places,
+                signs,
+            });
+        }
+    }
+
+    /// The same columns after fewer tolerances.
+    pub(crate) fn anew(self, joint: &Joint) -> Self {
+        let products = self.open_products(joint);
+        let (gram, right) = joint.problem.after_tolerances(&products);
+        Self {
+            gram,
+            right,
+            ..self
+        }
+    }
+
+    /// Products without the tolerances that were taken away.
+    fn open_products(&self, joint: &Joint) -> DMatrix<f64> {
+        let open: Vec<usize> = joint.open_tolerances().collect();
+        let known = self.tolerances.iter().enumerate();
+        let open = known.filter(|(_, tolerance)| open.contains(tolerance));
+        let columns = self.tolerances.len()..self.products.nrows();
+        let kept: Vec<usize> = open.map(|(row, _)| row).chain(columns).collect();
+        self.products.select_rows(&kept).select_columns(&kept)
+    }
+}
+
+/// What an effect that moves the reading in time adds to given loads of each log.
+fn moved(
+    joint: &Joint,
+    of_logs: &[Loaded<'_>],
+    effect: &'static LoadEffect,
+    shapes: &[f64],
+) -> Column {
+    let valued = (effect, effect.values(shapes, &[]));
+    let each = of_logs.iter().map(|loads| loads.added(valued.clone()));
+    let each: Vec<Column> = each.collect();
+    joint.problem.whitened(&each.iter().collect::<Vec<_>>())
+}
+
+/// Sum of squares of what changes in a reading.
+fn variation(column: &Column) -> f64 {
+    let of = |series: &Vec<f64>| {
+        let mean = series.iter().sum::<f64>() / series.len().max(1) as f64;
+        series
+            .iter()
+            .map(|value| (value - mean).powi(2))
+            .sum::<f64>()
+    };
+    column.0.iter().map(of).sum()
+}
+
+/// Columns, each stored once: different effects share some.
+#[derive(Default)]
+struct Store {
+    columns: Vec<Column>,
+    prints: Vec<u64>,
+}
+
+impl Store {
+    fn place(&mut self, column: Column) -> usize {
+        let print = column
+            .0
+            .iter()
+            .enumerate()
+            .map(|(axis, s)| (axis as f64 + 1.3) * s.iter().map(|v| v + v * v).sum::<f64>())
+            .sum::<f64>()
+            .to_bits();
+        let same = |k: &usize| self.prints[*k] == print && self.columns[*k] == column;
+        if let Some(known) = (0..self.columns.len()).find(same) {
+            return known;
+        }
+        self.columns.push(column);
+        self.prints.push(print);
+        self.columns.len() - 1
+    }
+}
+
+/// Effects that are tried, with the shapes in which they are.
+fn wanted(joint: &Joint, excluded: &dyn Fn(&str) -> bool) -> Vec<(&'static LoadEffect, Vec<f64>)> {
+    let model = joint.logs.first().map(|log| &log.scene.model);
+    let all = model.into_iter().flat_map(LoadEffect::all);
+    // What is commanded went through no sensor: a constant is the guide's offset there.
+    let driven = model.is_some_and(|model| model.sensor.wrench.drives());
+    let is_tried = |effect: &&LoadEffect| match driven && effect.is_of_a_zero() {
+        true => false,
+        false => !excluded(effect.id),
+    };
+    let with_shapes = |effect: &'static LoadEffect| {
+        let shapes = combinations(effect, joint.pace()).into_iter();
+        shapes.map(move |shapes| (effect, shapes))
+    };
+    all.filter(is_tried).flat_map(with_shapes).collect()
+}
+
+/// All combinations of the shapes that are tried in such logs.
+fn combinations(effect: &LoadEffect, logs: Pace) -> Vec<Vec<f64>> {
+    let mut all: Vec<Vec<f64>> = vec![Vec::new()];
+    for shape in &effect.shapes {
+        let tried = effect.tried(shape, logs);
+        let with = |head: &Vec<f64>, value: &f64| head.iter().chain([value]).copied().collect();
+        let each = all
+            .iter()
+            .flat_map(|head| tried.iter().map(move |value| with(head, value)));
+        all = each.collect();
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::noise::autoregressive::AutoregressiveNoise;
+    use crate::diagnose::wrench::Fits;
+    use softdock_control::frames::{Pose, Twist};
+    use softdock_control::wrench::Motion;
+    use softdock_physics::model::Model;
+    use softdock_physics::model::load::Scene;
+    use std::sync::Arc;
+
+    /// An axis that swings to and fro beside a sensor whose zero is off by 40 tolerances.
+    fn off_zero() -> Joint {
+        const CYCLE_S: f64 = 0.004;
+        let model = "[rig]\nactive_axes = [\"x\"]\n[tool]\nmass_kg = 2.0\n";
+        let model = Model::from_toml(model, "model.toml").unwrap();
+        let time_s: Vec<f64> = (0..800).map(|n| CYCLE_S * f64::from(n)).collect();
+        let along = |of: &dyn Fn(f64) -> f64| -> Vec<[f64; 6]> {
+            let swing = time_s.iter().map(|t| of(5.0 * t));
+            swing
+                .map(|value| [value, 0.0, 0.0, 0.0, 0.0, 0.0])
+                .collect()
+        };
+        let place = along(&|phase| 0.02 * phase.sin()).into_iter();
+        let pose = place.map(|[x, ..]| Pose::translation(x, 0.0, 0.0));
+        let velocity = along(&|phase| 0.1 * phase.cos());
+        let acceleration = along(&|phase| -0.5 * phase.sin());
+        let motion = velocity.iter().zip(&acceleration).map(|(v, a)| Motion {
+            velocity: Twist::of(v),
+            acceleration: Twist::of(a),
+        });
+        let (pose, motion) = (pose.collect(), motion.collect());
+        let scene = Scene::new(&model, CYCLE_S, time_s.clone(), pose, motion);
+        let rows = time_s.len();
+        let log = PreparedLog {
+            residual: Column::on_axis(0, std::iter::repeat_n(40.0 * model.tolerance.bias[0], rows)),
+            fresh: vec![true; rows],
+            noise_model: std::array::from_fn(|_| AutoregressiveNoise::white(0.5)),
+            tolerances: super::super::nuisance::columns(&model, &scene),
+            sheet_sigma: [0.5; 6],
+            half_step: [0.0; 6],
+            has_own_origin: false,
+            scene,
+        };
+        Joint::new(vec![log], 1, &Arc::new(Fits::default()))
+    }
+
+    /// A library that is made after a tolerance was taken away, and one that was made before, are the same.
+    #[test]
+    fn products_are_those_of_the_tolerances_that_were_open() {
+        let mut joint = off_zero();
+        let before = Library::new(&joint, &|_| false);
+        assert!(joint.freeze_strained(None));
+        let (before, after) = (before.anew(&joint), Library::new(&joint, &|_| false));
+        let again = after.gram.clone();
+        assert_eq!(before.gram, again);
+        assert_eq!(after.anew(&joint).gram, again);
+    }
+}

@@ -1,0 +1,247 @@
+//! The rounds of the search on the reading: beside what was found, without what is unsure, late or a drift, and beside a remainder.
+
+use super::beside::{self, Asking};
+use super::finding::WrenchFinding;
+use super::regression::tested::Tested;
+use crate::diagnose::catalogue::is_shape;
+use crate::diagnose::evidence::FORETELLS;
+use crate::diagnose::named::model_of;
+use crate::diagnose::question::Question;
+use softdock_physics::model::load::effects::LoadEffect;
+use softdock_physics::model::{EffectModel, Model};
+use std::collections::BTreeMap;
+
+/// Most rounds of the search on the reading.
+const ROUNDS: usize = 3;
+
+/// What the logs say of the reading, beside effects that were added to the model. What is new beside these, or differs from
+/// log to log, must be what a search finds that has none of them, if that finds them all: fitted and held, an effect leaves
+/// what it would not leave were it fitted with the others, and the answer to the same question would be another one after
+/// `add`.
+pub(crate) fn wrench_rounds(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
+    let finding = rounds(asking)?;
+    let (model, new) = (asking.model, finding.ids());
+    let was_added = |effect: &EffectModel| {
+        let load = LoadEffect::find(model, &effect.id);
+        effect.was_fitted()
+            && load.is_some_and(|load| !load.is_late() || model.sensor.wrench.drives())
+    };
+    let (added, other): (Vec<EffectModel>, Vec<EffectModel>) =
+        model.effects.iter().cloned().partition(was_added);
+    let agrees = |finding: &WrenchFinding| finding.found.disagreeing.is_empty();
+    let says_nothing = new.is_empty() && agrees(&finding);
+    if asking.question.is_asked() || says_nothing || added.is_empty() {
+        return Some(finding);
+    }
+    let fresh = rounds(&mut Asking {
+        model: &Model {
+            effects: other,
+            ..model.clone()
+        },
+        question: asking.question,
+        search: &mut *asking.search,
+    })?;
+    let mut all = fresh.told();
+    let finds = |id: &String| all.contains(id);
+    let finds_the_same = new.iter().all(finds) && agrees(&finding);
+    let finds_added = added.iter().all(|effect| finds(&effect.id)) && agrees(&fresh);
+    if finds_the_same || !finds_added {
+        return Some(finding);
+    }
+    all.retain(|id| added.iter().all(|effect| effect.id != *id));
+    rounds(&mut Asking {
+        model,
+        question: &Question {
+            among: Some(&all),
+            ..*asking.question
+        },
+        search: &mut *asking.search,
+    })
+}
+
+/// What the logs say, without effects in whose place others do as well.
+fn rounds(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
+    let mut finding = rounds_of(asking)?;
+    let is_whole = asking.question.only.is_none() && asking.question.among.is_none();
+    if is_whole && finding.found.disagreeing.is_empty() {
+        finding = without_late(finding, asking)?;
+        finding = without_drift(finding, asking)?;
+        beside_rivals(&mut finding, asking);
+    }
+    Some(finding)
+}
+
+/// Where more is not explained an answer has lost effects that a search had beside others, and what stood in the place of one of its
+/// own was tried beside those: others are tried in each place once more.
+fn beside_rivals(finding: &mut WrenchFinding, asking: &mut Asking<'_>) {
+    /// Relative difference of all there is to explain that noise which was estimated anew makes, and another noise does not.
+    const SAME_NOISE: f64 = 0.01;
+    let beside = finding.beside.clone();
+    let asks = beside.is_some() || finding.left().is_structured();
+    let Some(answer) = finding.found.accepted.clone().filter(|_| asks) else {
+        return;
+    };
+    if answer.effects.len() < 2 || !finding.earlier.0.is_empty() {
+        return;
+    }
+    let question = Question {
+        in_place_of: Some(&answer),
+        beside: beside.as_ref(),
+        ..*asking.question
+    };
+    let tried = asking.ask(&question).map(|others| others.found.ranked);
+    let tried = tried.unwrap_or_default();
+    let Some(now) = tried.iter().find(|t| t.is_same(&answer)) else {
+        return;
+    };
+    // χ² beside another noise is no evidence for or against what was tried now, and what was tried anew stands once.
+    let (to_explain, count) = (now.to_explain, answer.effects.len());
+    let ranked = &mut finding.found.ranked;
+    ranked.retain(|other| !tried.iter().any(|anew| anew.is_same(other)));
+    ranked.retain(|other| {
+        let is_curve = other.effects.iter().any(|e| is_shape(e.id));
+        other.effects.len() != count
+            || is_curve
+            || (other.to_explain / to_explain - 1.0).abs() < SAME_NOISE
+    });
+    ranked.extend(tried);
+    ranked.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+}
+
+/// Where the logs show effects that move the reading in time, no dry friction and more that is not explained: what they say
+/// without these, if that is better. A delay of all that loads the sensor looks like a dry friction, and takes its place.
+fn without_late(finding: WrenchFinding, asking: &mut Asking<'_>) -> Option<WrenchFinding> {
+    let (late, axes) = (finding.late(), finding.structured_axes());
+    if late.is_empty() || axes.is_empty() || finding.has_dry_friction(asking.model) {
+        return Some(finding);
+    }
+    let in_time = rounds_without(&late, asking);
+    let nothing = asking.among(&[])?.prepared;
+    match in_time {
+        Some(in_time) => Some(beside::better(finding, in_time, &nothing, &axes)),
+        None => Some(finding),
+    }
+}
+
+/// Where more is not explained: what the logs say without effects that follow the time alone, unless these foretell unseen data
+/// much better. A slow curve fits what many laws leave of one log.
+fn without_drift(finding: WrenchFinding, asking: &mut Asking<'_>) -> Option<WrenchFinding> {
+    let drifts = finding.drifts();
+    if drifts.is_empty() || !finding.can_foretell() || finding.structured_axes().is_empty() {
+        return Some(finding);
+    }
+    let Some(other) = rounds_without(&drifts, asking) else {
+        return Some(finding);
+    };
+    let nothing = asking.among(&[])?.prepared;
+    let [error, of_other] = [&finding, &other].map(|f| nothing.error_on_unseen(&f.whole()));
+    match of_other > FORETELLS * error {
+        true => Some(finding),
+        false => Some(other),
+    }
+}
+
+fn rounds_without(ids: &[String], asking: &mut Asking<'_>) -> Option<WrenchFinding> {
+    rounds_of(&mut Asking {
+        question: &Question {
+            without: ids,
+            ..*asking.question
+        },
+        model: asking.model,
+        search: &mut *asking.search,
+    })
+}
+
+/// What the logs say: as many rounds as find something, without effects in whose place others do as well, and beside a smooth
+/// remainder where structure is left.
+fn rounds_of(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
+    let (mut finding, leaves_structure) = beside_earlier(asking)?;
+    // What logs that disagree have in common is no answer that could be bettered.
+    if !finding.found.disagreeing.is_empty() {
+        if !beside::agree_on_a_curve(&finding, asking) {
+            return Some(finding);
+        }
+        finding.found.disagreeing.clear();
+    }
+    let is_open = !asking.question.is_asked();
+    let asks_beside = is_open && leaves_structure;
+    let anew = asks_beside
+        .then(|| beside::anew(&finding, asking))
+        .flatten();
+    if is_open {
+        finding = without_unsure(finding, asking);
+    }
+    // What a later round finds can be an answer to the structure that the first one has left, and no
+    // better than a smooth remainder.
+    if asks_beside {
+        finding = beside::beside_remainder(finding, asking);
+    }
+    finding = beside::beside_curves(finding, asking);
+    if let Some(anew) = anew {
+        let other = beside::beside_remainder(anew.finding, asking);
+        let other = beside::beside_curves(other, asking);
+        finding = beside::better(finding, other, &anew.nothing, &anew.axes);
+    }
+    if asks_beside {
+        finding = beside::simpler(finding, asking);
+    }
+    Some(finding)
+}
+
+/// Searches again beside what was found, as long as much is left: a delay or a gain acts on the whole reading, with the effects that
+/// were found first. And whether any of these searches left structure.
+fn beside_earlier(asking: &mut Asking<'_>) -> Option<(WrenchFinding, bool)> {
+    let question = asking.question;
+    let mut finding = asking.ask(question)?;
+    let mut known = asking.model.clone();
+    let mut leaves_structure = finding.left().is_structured();
+    for _ in 1..ROUNDS {
+        let Some(accepted) = finding.found.accepted.as_ref() else {
+            break;
+        };
+        let agree = finding.found.disagreeing.is_empty();
+        let goes_on = question.only.is_none() && finding.prepared.has_much_left(accepted.gain);
+        if !(goes_on && agree) {
+            break;
+        }
+        let effects = accepted.effects.iter().map(model_of);
+        known.effects.extend(effects);
+        let worth = |more: &Tested| more.gain > finding.prepared.threshold(accepted.gain);
+        let found = |next: &WrenchFinding| next.found.accepted.as_ref().is_some_and(worth);
+        let Some(mut next) = (asking.search)(&known, question).filter(found) else {
+            break;
+        };
+        if let Some(last) = &mut next.found.accepted {
+            last.of_all_logs = accepted.of_all_logs.clone().or(last.of_all_logs.take());
+        }
+        next.earlier = finding.earlier;
+        next.earlier.0.extend(accepted.effects.iter().cloned());
+        next.earlier.1.extend(finding.found.support);
+        next.found.ranked.extend(finding.found.ranked);
+        next.found.rivals.extend(finding.found.rivals);
+        finding = next;
+        leaves_structure |= finding.left().is_structured();
+    }
+    Some((finding, leaves_structure))
+}
+
+/// Takes effects away in whose place others do as well, one at a time, unless the others foretell unseen data worse.
+fn without_unsure(mut finding: WrenchFinding, asking: &mut Asking<'_>) -> WrenchFinding {
+    let mut foretelling = BTreeMap::new();
+    while let Some(gone) = finding.unsure(&foretelling) {
+        let ids = finding.ids_without(std::slice::from_ref(&gone));
+        let fewer = asking.among(&ids);
+        let fewer = fewer.filter(|f| !f.ids().contains(&gone) && f.is_as_good_as(&finding));
+        let Some(fewer) = fewer else {
+            break;
+        };
+        match fewer.foretells_worse_by(finding.error_on_unseen()) {
+            Some(worse) => {
+                foretelling.insert(gone, worse);
+            }
+            None => finding = fewer,
+        }
+    }
+    finding.foretell(&foretelling);
+    finding
+}

@@ -1,0 +1,236 @@
+//! Whether the logs are of one machine: effects whose amounts differ, and those that one log alone shows.
+
+use super::{Disagreement, Work};
+use crate::diagnose::evidence::{self, DIFFERS, MOST};
+use crate::diagnose::wrench::left;
+use crate::diagnose::wrench::regression::fit::fitted_to;
+use crate::diagnose::wrench::regression::hypothesis::{Hypothesis, Part, evaluate};
+use crate::diagnose::wrench::regression::shaped::Care;
+use crate::diagnose::wrench::regression::tested::Tested;
+use rayon::prelude::*;
+use softdock_physics::model::load::Column;
+use softdock_physics::model::load::effects::Sign;
+use std::collections::{BTreeMap, BTreeSet};
+
+impl Disagreement {
+    fn new(id: &'static str, each: &[Tested]) -> Self {
+        let of_log = |own: &Tested| {
+            let effect = own.effects.iter().find(|effect| effect.id == id);
+            effect.map_or_else(BTreeMap::new, |effect| effect.parameters.clone())
+        };
+        let each: Vec<BTreeMap<_, _>> = each.iter().map(of_log).collect();
+        let names = each
+            .iter()
+            .flat_map(|own| own.iter().filter(|p| p.1.1 > 0.0));
+        let names: BTreeSet<(&str, &str)> = names.map(|(name, p)| (*name, p.2)).collect();
+        let values = |name: &str| {
+            each.iter()
+                .map(|own| own.get(name).map_or(0.0, |p| p.0))
+                .collect()
+        };
+        let amounts = names
+            .into_iter()
+            .map(|(name, unit)| (name, unit, values(name)));
+        Self {
+            id,
+            amounts: amounts.collect(),
+        }
+    }
+
+    /// Whether one log shows so much more of anything than another, by [`DIFFERS`] for two logs that weigh as much: of all amounts in
+    /// the same unit together, as a weight that hangs to one side has a sine or a cosine that is next to nothing, and may be of
+    /// either sign.
+    fn differs(&self) -> bool {
+        let size = |unit: &str, log: usize| {
+            let same = self.amounts.iter().filter(|amount| amount.1 == unit);
+            same.map(|(.., values)| values[log].powi(2))
+                .sum::<f64>()
+                .sqrt()
+        };
+        self.amounts.iter().any(|(_, unit, values)| {
+            let differ = |one: usize, other: usize| {
+                let sizes = size(unit, one) + size(unit, other);
+                (values[one] - values[other]).powi(2) > DIFFERS * sizes * sizes
+            };
+            (0..values.len()).any(|one| (0..one).any(|other| differ(one, other)))
+        })
+    }
+}
+
+impl Work<'_> {
+    /// Effects about which the logs disagree: in amounts of its own for each log they explain more. What all logs show
+    /// even so is something else, which is of no log alone.
+    pub(crate) fn disagreeing(&self, accepted: Option<&Tested>) -> Vec<Disagreement> {
+        let one = self.of_one_log(accepted);
+        let mut all: Vec<Disagreement> = one
+            .iter()
+            .map(|h| (self.ids(h), self.of_each_log(h)))
+            .filter(|(_, each)| self.leave_nothing(each))
+            .flat_map(|(ids, each)| ids.into_iter().map(move |id| Disagreement::new(id, &each)))
+            .collect();
+        let Some(accepted) = accepted else {
+            return all;
+        };
+        let differing = self.differing(accepted);
+        let leaves_a_log = self.leaves_most_of_a_log(accepted);
+        if differing.is_empty() && !leaves_a_log {
+            return all;
+        }
+        let Some(same) = evaluate(self.library, self.parts(accepted), self.price) else {
+            return all;
+        };
+        let each = self.of_each_log(&same);
+        let of = |effect: &&'static str| Disagreement::new(effect, &each);
+        if leaves_a_log && self.is_of_other_logs(accepted, &each) {
+            let ids = accepted.effects_in_order();
+            all.extend(ids.iter().map(of).filter(Disagreement::differs));
+        } else if self.leave_nothing(&each) {
+            all.extend(differing.iter().map(of).filter(Disagreement::differs));
+        }
+        all
+    }
+
+    /// Effects of which one log shows half as much again as the others.
+    fn differing(&self, accepted: &Tested) -> Vec<&'static str> {
+        let each = self.joint.contrasts(accepted).into_iter();
+        let each = each.zip(&accepted.effects);
+        let differing = each.filter(|([own, common], _)| {
+            self.says_that_logs_disagree(*own, 1, accepted) && *own > DIFFERS * common
+        });
+        differing.map(|(_, effect)| effect.id).collect()
+    }
+
+    /// Whether so much that so many amounts of each log's own explain is more than what common ones leave by their form.
+    fn says_that_logs_disagree(&self, own: f64, amounts: usize, accepted: &Tested) -> bool {
+        let explained = self.joint.explained(accepted.gain);
+        evidence::disagree(own, explained, amounts, self.joint.problem.count)
+    }
+
+    /// Whether there is a log of which a hypothesis leaves [`MOST`], with nothing that was known before it.
+    fn leaves_most_of_a_log(&self, accepted: &Tested) -> bool {
+        let mut logs = self.joint.problem.chi2_of_logs.iter().zip(&accepted.gains);
+        self.joint.known <= 0.0 && logs.any(|(chi2, gain)| chi2 - gain > MOST * chi2)
+    }
+
+    /// Whether the effects of a hypothesis, in amounts of its own, explain most of what their common amounts leave of a log of
+    /// which these leave most: the hypothesis is about the other logs, whatever else all of them show. Nominal parameters are
+    /// the same in all logs.
+    fn is_of_other_logs(&self, accepted: &Tested, each: &[Tested]) -> bool {
+        let problem = &self.joint.problem;
+        let parts = self.contributions(each);
+        let own = problem.gains(&problem.whitened(&parts.iter().collect::<Vec<_>>()));
+        let amounts = accepted.parameters;
+        let logs = problem.chi2_of_logs.iter().zip(&accepted.gains);
+        let mut logs = logs.zip(own).zip(each);
+        logs.any(|(((chi2, common), own), alone)| {
+            let (left, more) = (chi2 - common, own - common);
+            alone.wrong.is_empty()
+                && left > MOST * chi2
+                && more > MOST * left
+                && self.says_that_logs_disagree(more, amounts, accepted)
+        })
+    }
+
+    /// What each log's own amounts contribute to it.
+    fn contributions(&self, each: &[Tested]) -> Vec<Column> {
+        let parts = each.iter().zip(&self.joint.logs);
+        parts
+            .map(|(own, log)| own.contribution(&log.scene))
+            .collect()
+    }
+
+    fn ids(&self, hypothesis: &Hypothesis) -> Vec<&'static str> {
+        let variants = hypothesis.parts.iter().map(|p| p.variant);
+        variants
+            .map(|k| self.library.variants[k].effect.id)
+            .collect()
+    }
+
+    /// The effects as each log alone has them.
+    fn of_each_log(&self, hypothesis: &Hypothesis) -> Vec<Tested> {
+        let of = |log: usize| {
+            let problem = self.joint.of_rows(|k, _| k == log);
+            fitted_to(
+                &problem,
+                self.library,
+                hypothesis,
+                self.joint,
+                Care::Estimating,
+            )
+        };
+        (0..self.joint.logs.len()).into_par_iter().map(of).collect()
+    }
+
+    /// Whether the effects as each log alone has them leave no structure that all logs show.
+    fn leave_nothing(&self, each: &[Tested]) -> bool {
+        let gain = each.iter().map(|own| own.gain).sum();
+        !left::of_wrench_apart(self.joint, &self.contributions(each), gain).any()
+    }
+
+    /// The effect that one log alone shows, if it explains more by itself than what all logs are said to
+    /// have in common: several effects together imitate what changes from log to log. Steps of a
+    /// reading look different in each log.
+    fn of_one_log(&self, accepted: Option<&Tested>) -> Option<Hypothesis> {
+        let (problem, logs) = (&self.joint.problem, self.joint.logs.len());
+        if logs < 2 || self.joint.is_rounded() {
+            return None;
+        }
+        let which_log = 2.0 * (logs as f64).ln();
+        let alone = |place: usize, log: usize| -> Option<Hypothesis> {
+            let variant = &self.library.variants[place];
+            let columns = variant.columns.iter().map(|k| &self.library.columns[*k]);
+            let of_log: Vec<Column> = columns.map(|c| problem.masked(c, log)).collect();
+            let solution = problem.solve_whitened(&of_log, &variant.signs)?;
+            let open = variant.signs.iter().filter(|s| **s != Sign::One).count();
+            let parameters = open + variant.scanned();
+            let paid = self.price * parameters as f64 + evidence::prior() + which_log;
+            let possible = solution.wrong.is_empty();
+            possible.then(|| Hypothesis {
+                parts: vec![Part {
+                    variant: place,
+                    used: (0..variant.columns.len()).collect(),
+                }],
+                evidence: solution.gain - paid,
+                solution,
+                parameters,
+            })
+        };
+        let better = |a: &Hypothesis, b: &Hypothesis| a.evidence.total_cmp(&b.evidence);
+        let detail = |k: &usize| self.library.variants[*k].effect.effect.is_detail();
+        let all = (0..self.library.variants.len()).into_par_iter();
+        let best = all
+            .filter(|k| self.any || !detail(k))
+            .filter_map(|k| (0..logs).filter_map(|log| alone(k, log)).max_by(better))
+            .max_by(better)?;
+        let common = accepted.map_or(0.0, |t| t.evidence.max(0.0));
+        let explained = accepted.map_or(0.0, |t| t.gain);
+        (best.evidence > common + self.joint.threshold(explained)).then_some(best)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn differs(amounts: &[(&'static str, &'static str, [f64; 2])]) -> bool {
+        let amounts = amounts.iter();
+        let amounts = amounts.map(|(name, unit, values)| (*name, *unit, values.to_vec()));
+        let of_logs = Disagreement {
+            id: "bearing_gravity",
+            amounts: amounts.collect(),
+        };
+        of_logs.differs()
+    }
+
+    /// Half as much again differs, a third does not; a small cosine beside a sine of 2 N·m does not.
+    #[test]
+    fn amounts_differ_by_what_all_of_a_unit_are() {
+        assert!(differs(&[("force_n", "N", [1.0, 1.55])]));
+        assert!(!differs(&[("force_n", "N", [1.0, 1.3])]));
+        assert!(differs(&[("force_n", "N", [0.1, -0.1])]));
+        let cosine = ("cosine", "N·m", [-0.3, 0.2]);
+        assert!(differs(&[cosine]));
+        assert!(!differs(&[("sine", "N·m", [2.0, 1.9]), cosine]));
+        assert!(differs(&[("sine", "N", [2.0, 1.9]), cosine]));
+    }
+}

@@ -1,0 +1,224 @@
+//! What a search ends in: effects that are worth their price beside each other and foretell logs that no fit has seen.
+
+use super::model_selection::with_forms_reselected;
+use super::{TRIED, Work, without};
+use crate::diagnose::evidence::{FORETELLS, NAMED};
+use crate::diagnose::wrench::regression::fit::fitted_to;
+use crate::diagnose::wrench::regression::hypothesis::{Hypothesis, Part, evaluate, with_one_more};
+use crate::diagnose::wrench::regression::shaped::Care;
+use crate::diagnose::wrench::regression::tested::Tested;
+use rayon::prelude::*;
+use softdock_physics::model::load::Column;
+use std::collections::BTreeSet;
+use std::sync::{MutexGuard, PoisonError};
+
+impl Work<'_> {
+    /// Without the effects that are not worth their price beside the others. Of several, each of which the others
+    /// nearly imitate, the one goes without which the logs of the fit foretell the unseen ones best.
+    fn pruned(&self, found: Tested) -> Option<Tested> {
+        let mut now = found;
+        loop {
+            let each = self.each(&now);
+            let worthless = |place: &usize| {
+                let others = now.gain - now.gain.min(each[*place].max(0.0));
+                each[*place] < self.joint.threshold(others)
+            };
+            let worthless: Vec<usize> = (0..each.len()).filter(worthless).collect();
+            let parts = self.parts(&now);
+            let worth = |place: usize| match worthless.len() {
+                1 => None,
+                _ => self.foretold(without(&parts, place)),
+            };
+            let mut order: Vec<(f64, usize)> = worthless
+                .iter()
+                .map(|&place| (worth(place).unwrap_or(-each[place]), place))
+                .collect();
+            order.sort_by(|a, b| b.0.total_cmp(&a.0));
+            if !order.is_empty() && parts.len() < 2 {
+                return None;
+            }
+            let rest = |(_, place): (f64, usize)| {
+                let rest = evaluate(self.library, without(&parts, place), self.price)?;
+                Some(self.test(&rest)).filter(|rest| self.is_possible(rest))
+            };
+            match order.into_iter().find_map(rest) {
+                Some(rest) => now = rest,
+                // Nothing that may go, or nothing without which the others are possible.
+                None => return Some(now),
+            }
+        }
+    }
+
+    /// From a start to effects that foretell the unseen logs: forms that do not are left out, and the search goes on
+    /// without them, in the end without adding others. And whether the climbs came to their ends.
+    pub(crate) fn settled(&self, start: Tested) -> (Option<Tested>, bool) {
+        /// Effects in whose place others are looked for.
+        const REPLACED: usize = 3;
+        let mut starts = vec![start];
+        let mut ended = true;
+        let mut replaced = 0;
+        loop {
+            let ends = starts.into_iter().map(|start| match replaced <= REPLACED {
+                true => self.climbed(start),
+                false => (start, true),
+            });
+            let ends: Vec<(Tested, bool)> = ends.collect();
+            ended &= ends.iter().all(|(_, came_to_end)| *came_to_end);
+            let ends = ends.into_iter().filter_map(|(end, _)| self.possible(end));
+            let end = ends.max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+            let Some(accepted) = end.and_then(|end| self.pruned(end)) else {
+                return (None, ended);
+            };
+            let gone = self.misleading(&accepted);
+            let Some((rest, forms)) = gone.or_else(|| self.contradicted(&accepted)) else {
+                return (Some(self.with_small(accepted)), ended);
+            };
+            self.misled().extend(forms);
+            replaced += 1;
+            let rest = evaluate(self.library, rest, self.price);
+            let Some(rest) = rest.filter(|rest| !rest.parts.is_empty()) else {
+                return (None, ended);
+            };
+            // Signs that physics forbids may be right beside one more effect.
+            let rest = self.test(&rest);
+            starts = match self.is_possible(&rest) {
+                true => vec![rest],
+                false => self
+                    .possible(rest.clone())
+                    .into_iter()
+                    .chain([rest])
+                    .collect(),
+            };
+        }
+    }
+
+    /// A hypothesis if it is possible; else the best one of the same effects in other forms, or without one of them, that is.
+    fn possible(&self, now: Tested) -> Option<Tested> {
+        if self.is_possible(&now) {
+            return Some(now);
+        }
+        let same = with_forms_reselected(self.library, self.parts(&now), self.price);
+        let others: Vec<Hypothesis> = same.into_iter().chain(self.fewer(&now)).collect();
+        let others = self.tested(&others, others.len()).into_iter();
+        let possible = others.filter(|other| self.is_possible(other));
+        possible.max_by(|a, b| a.evidence.total_cmp(&b.evidence))
+    }
+
+    pub(crate) fn misled(&self) -> MutexGuard<'_, BTreeSet<usize>> {
+        self.misled.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The effect with which the unseen logs are foretold worse than without it, by more than would name it: what is there
+    /// without it, and its forms that are no better.
+    fn misleading(&self, accepted: &Tested) -> Option<(Vec<Part>, Vec<usize>)> {
+        let parts = self.parts(accepted);
+        let with = self.foretold(parts.clone())?;
+        let rest = |place: usize| match parts.len() {
+            1 => Some(0.0),
+            _ => self.foretold(without(&parts, place)),
+        };
+        let worse = (0..parts.len()).filter_map(|place| Some((rest(place)?, place)));
+        let (rest, place) = worse.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let worse = |gain: f64| rest - gain > self.joint.threshold(0.0);
+        if !worse(with) {
+            return None;
+        }
+        let own = self.library.variants[parts[place].variant].effect.id;
+        let misleads = |variant: &usize| {
+            let mut other = parts.clone();
+            other[place].variant = *variant;
+            self.foretold(other).is_none_or(worse)
+        };
+        let same = (0..self.library.variants.len())
+            .into_par_iter()
+            .filter(|k| self.library.variants[*k].effect.id == own);
+        Some((without(&parts, place), same.filter(misleads).collect()))
+    }
+
+    /// A detail of other effects, with which the logs of the fit alone ask for what physics forbids, and without which they do not: what is
+    /// there without it, and its forms. Of what several logs show, a detail is the part that each has to have.
+    fn contradicted(&self, accepted: &Tested) -> Option<(Vec<Part>, Vec<usize>)> {
+        let parts = self.parts(accepted);
+        let effect = |variant: usize| self.library.variants[variant].effect;
+        let is_forbidden = |parts: Vec<Part>| Some(!self.of_the_fit(parts)?.wrong.is_empty());
+        if !is_forbidden(parts.clone())? {
+            return None;
+        }
+        let is_at_fault = |place: &usize| {
+            let is_detail = effect(parts[*place].variant).effect.is_detail();
+            is_detail && is_forbidden(without(&parts, *place)) == Some(false)
+        };
+        let place = (0..parts.len()).find(is_at_fault)?;
+        let own = effect(parts[place].variant).id;
+        let same = (0..self.library.variants.len()).filter(|k| effect(*k).id == own);
+        Some((without(&parts, place), same.collect()))
+    }
+
+    /// With effects that explain no more than errors of the form of the others may, but foretell the unseen logs so much better
+    /// that they are no such errors: these would be others in another motion.
+    pub(crate) fn with_small(&self, accepted: Tested) -> Tested {
+        /// Most effects with those.
+        const MOST_IN_ALL: usize = 8;
+        let mut now = accepted;
+        // Beside a remainder, which holds such errors, the search asks for no more.
+        while now.effects.len() < MOST_IN_ALL && self.joint.explained(now.gain) > 0.0 {
+            let parts = self.parts(&now);
+            let Some(alone) = evaluate(self.library, parts.clone(), self.price) else {
+                break;
+            };
+            let mut more = with_one_more(self.library, &parts, self.price);
+            more.retain(|more| more.evidence > alone.evidence);
+            let more = self.tested(&more, TRIED).into_iter();
+            let mut more: Vec<Tested> = more
+                .filter(|t| self.is_possible(t) && t.evidence > now.evidence + NAMED)
+                .collect();
+            more.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+            let Some(next) = more.into_iter().find(|more| self.foretells(&now, more)) else {
+                break;
+            };
+            now = next;
+        }
+        now
+    }
+
+    /// Whether more effects foretell the unseen logs much better, and, where more than noise is left, of which errors of form are a
+    /// part, those that they are fitted to as well.
+    fn foretells(&self, less: &Tested, more: &Tested) -> bool {
+        let errors = |t: &Tested| Some(self.joint.errors(&self.of_the_fit(self.parts(t))?));
+        let much = self.joint.has_much_left(more.gain);
+        errors(less).zip(errors(more)).is_some_and(|(less, more)| {
+            let falls = |k: usize| more[k] * FORETELLS < less[k];
+            falls(1) && (!much || falls(0))
+        })
+    }
+
+    /// A hypothesis that is fitted to the logs of the fit; none if there are no others.
+    fn of_the_fit(&self, parts: Vec<Part>) -> Option<Tested> {
+        if self.joint.fitted >= self.joint.logs.len() {
+            return None;
+        }
+        let hypothesis = evaluate(self.library, parts, self.price)?;
+        Some(fitted_to(
+            self.of_fit,
+            self.library,
+            &hypothesis,
+            self.joint,
+            Care::Screening,
+        ))
+    }
+
+    /// Fall of χ² of the unseen logs by a hypothesis that is fitted to the others; none if there are none.
+    fn foretold(&self, parts: Vec<Part>) -> Option<f64> {
+        let fitted = self.joint.fitted;
+        let of_fit = self.of_the_fit(parts)?;
+        let all: Vec<Column> = self
+            .joint
+            .logs
+            .iter()
+            .map(|log| of_fit.contribution(&log.scene))
+            .collect();
+        let white = self.joint.problem.whitened(&all.iter().collect::<Vec<_>>());
+        let gains = self.joint.problem.gains(&white);
+        Some(gains.iter().skip(fitted).sum())
+    }
+}

@@ -1,0 +1,67 @@
+//! What else may stand in the place of what was found.
+
+use super::model_selection::{Rival, rivals};
+use super::{TRIED_LATER, Work, without};
+use crate::diagnose::wrench::regression::hypothesis::{Hypothesis, Part, with_one_more};
+use crate::diagnose::wrench::regression::tested::Tested;
+use std::collections::BTreeSet;
+use std::sync::PoisonError;
+
+impl Work<'_> {
+    /// More than two effects and the best others of as many: those of fewer come first in a search and are listed anyway. Each
+    /// effect has others in its place, with which the search may not have gone on.
+    pub(crate) fn alike(&self, accepted: &Tested) -> Vec<Tested> {
+        match accepted.effects.len() < 3 {
+            true => Vec::new(),
+            false => self.exchanges(accepted, TRIED_LATER),
+        }
+    }
+
+    /// The best of as many effects, with some others in each place.
+    pub(crate) fn exchanges(&self, accepted: &Tested, others_each: usize) -> Vec<Tested> {
+        let count = accepted.effects.len();
+        let parts = self.parts(accepted);
+        for place in 0..count {
+            let others = with_one_more(self.library, &without(&parts, place), self.price);
+            self.tested(&others, others_each);
+        }
+        let known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let alike = known.values().filter(|t| t.effects.len() == count);
+        let mut alike: Vec<Tested> = alike.filter(|t| self.is_possible(t)).cloned().collect();
+        alike.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        let mut seen = BTreeSet::new();
+        alike.retain(|t| seen.insert(t.effects_in_order()));
+        alike.truncate(1 + 2 * others_each);
+        alike
+    }
+
+    /// With the best of what an effect of several amounts is confused with in its place, and the best beside that: over a small angle the weight of a
+    /// link is a spring and an offset.
+    pub(crate) fn in_twos(&self, accepted: &Tested) -> Vec<Tested> {
+        let parts = self.parts(accepted);
+        let in_twos = |place: usize| -> Option<Hypothesis> {
+            let effect = self.library.variants[parts[place].variant].effect;
+            let is_confused = |hypothesis: &Hypothesis| {
+                let last = hypothesis.parts.last();
+                let id = last.map(|part| self.library.variants[part.variant].effect.id);
+                id.is_some_and(|id| effect.effect.confused_with.contains(&id))
+            };
+            let one_more = |beside: &[Part]| {
+                let more = with_one_more(self.library, beside, self.price);
+                more.into_iter().find(is_confused)
+            };
+            let asked = effect.coefficients.len() > 1;
+            let one = asked.then(|| one_more(&without(&parts, place))).flatten()?;
+            one_more(&one.parts)
+        };
+        let both: Vec<Hypothesis> = (0..parts.len()).filter_map(in_twos).collect();
+        let tested = self.tested(&both, both.len()).into_iter();
+        tested.filter(|t| self.is_possible(t)).collect()
+    }
+
+    pub(crate) fn rivals(&self, accepted: &Tested) -> Vec<Rival> {
+        rivals(self.library, accepted, self.price, &|h| {
+            self.tested(h, TRIED_LATER)
+        })
+    }
+}

@@ -1,0 +1,519 @@
+//! The search for effects on the reading over all logs together.
+//!
+//! The best effects alone and in pairs are refined; from the best of them the search goes on by
+//! adding, exchanging and removing one effect at a time as long as the evidence rises. What is left
+//! at the end is worth its price beside all others.
+
+mod each_log;
+mod foretold;
+mod in_place;
+mod in_time;
+pub(crate) mod model_selection;
+pub(crate) mod other_sign;
+
+use super::regression::fit::{fitted_to, tested};
+use super::regression::fitted::Fitted;
+use super::regression::hypothesis::{Hypothesis, Part, evaluate, pairs, with_one_more};
+use super::regression::joint::Joint;
+use super::regression::problem::Problem;
+use super::regression::shaped::Care;
+use super::regression::tested::Tested;
+use super::regression::variants::{Library, Variant};
+use crate::diagnose::evidence::{self, NAMED, Support, threshold};
+use crate::diagnose::watch::Watch;
+use model_selection::{Rival, parts_of, widen, with_forms_reselected};
+use rayon::prelude::*;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Mutex, PoisonError};
+
+/// Pieces of a log that are left out in turn.
+const PIECES: usize = 6;
+/// Most effects on one channel.
+const MOST: usize = 5;
+/// Hypotheses that are refined, alone and in pairs.
+const TRIED: usize = 12;
+/// Hypotheses that are refined at each further step.
+const TRIED_LATER: usize = 3;
+/// Starts from which the search goes on, each with other effects.
+const STARTS: usize = 2;
+/// Steps after which a climb is ended. To add [`MOST`] effects and to exchange each once takes half of
+/// them; of 43 logs with up to three effects none takes more than 4.
+const STEPS: usize = 4 * MOST;
+/// Gain in χ² below which a hypothesis is not looked at again.
+const NEGLIGIBLE_GAIN: f64 = 15.0;
+
+/// Result of the search on the reading.
+#[derive(Default)]
+pub(crate) struct Found {
+    /// What is accepted, if anything: its parameters are those of the logs of the fit.
+    pub accepted: Option<Tested>,
+    /// What speaks for each accepted effect.
+    pub support: Vec<Support>,
+    /// All that were tried, best first.
+    pub ranked: Vec<Tested>,
+    /// Effects of the same kind in the place of one of several that are accepted.
+    pub rivals: Vec<Rival>,
+    /// Steps after which the search was ended, if the evidence rose still.
+    pub ended_after: Option<usize>,
+    /// Effects about which the logs disagree.
+    pub disagreeing: Vec<Disagreement>,
+    /// Ids of what was accepted before that was asked beside it which moves the reading in time; empty where nothing
+    /// came of it.
+    pub before_late: Vec<String>,
+    /// Ids of effects in whose place a curve that fits many mechanisms does as well.
+    pub curve_in_place_of: Vec<String>,
+}
+
+/// An effect about which the logs disagree.
+#[derive(Clone, Debug)]
+pub(crate) struct Disagreement {
+    /// Its id.
+    pub id: &'static str,
+    /// Its coefficients with units, as each log alone has them.
+    pub amounts: Vec<(&'static str, &'static str, Vec<f64>)>,
+}
+
+/// What is asked of a search.
+pub(crate) struct Ask<'a> {
+    /// Effects that are in the model already, or not to be tried.
+    pub excluded: &'a dyn Fn(&str) -> bool,
+    /// The best hypothesis is taken although it is not significant.
+    pub forced: bool,
+    /// Whether the logs disagree is asked, too.
+    pub each_log: bool,
+    /// Who follows it.
+    pub watch: Watch<'a>,
+}
+
+/// What a search works with.
+struct Work<'a> {
+    joint: &'a Joint,
+    library: &'a Library,
+    /// The regression of the logs of the fit.
+    of_fit: &'a Problem,
+    price: f64,
+    /// Details of other effects may stand alone.
+    any: bool,
+    watch: Watch<'a>,
+    /// What was tested: ways to a hypothesis meet.
+    known: Mutex<BTreeMap<Vec<Part>, Tested>>,
+    /// Variants that foretell the unseen logs worse than nothing in their place.
+    misled: Mutex<BTreeSet<usize>>,
+}
+
+/// Searches. Tolerances that the answer strains are taken away, and the search begins anew; what moves the reading in
+/// time, and what the shapes that are tried may hide, is asked once more beside what was found.
+pub(crate) fn search(joint: &mut Joint, ask: &Ask<'_>) -> Found {
+    /// Tolerances that turn out to be strained when others were taken away.
+    const ROUNDS: usize = 3;
+    let mut library = Library::new(joint, ask.excluded);
+    let mut found = searched(joint, &library, ask);
+    for _ in 0..ROUNDS {
+        if !joint.freeze_strained(found.accepted.as_ref()) {
+            break;
+        }
+        library = library.anew(joint);
+        found = searched(joint, &library, ask);
+    }
+    match found.accepted.clone() {
+        Some(accepted) => beside_found(joint, library, &accepted, found, ask),
+        None => found,
+    }
+}
+
+/// Goes on beside what was found, and, where that is better, beside its sharpest form and what moves it in time.
+fn beside_found(
+    joint: &Joint,
+    library: Library,
+    accepted: &Tested,
+    found: Found,
+    ask: &Ask<'_>,
+) -> Found {
+    let price = evidence::price(joint.problem.count);
+    let tried = evaluate(&library, parts_of(&library, accepted), price);
+    // What the shapes lose that are tried could hide or feign another effect.
+    let are_apart = tried.is_none_or(|tried| accepted.gain > tried.solution.gain + NAMED);
+    let Some(library) = library.around(joint, accepted, are_apart) else {
+        return found;
+    };
+    // What logs disagree about beside further effects alone is an error of the form of these.
+    let ask = &Ask {
+        each_log: ask.each_log && !found.disagreeing.is_empty(),
+        ..*ask
+    };
+    let of_fit = joint.of_fit();
+    let work = Work::new(joint, &library, &of_fit, ask);
+    let accepted = work.again(accepted);
+    let end = work.beside(&accepted);
+    let late = work.late_beside_sharp_forms(&accepted);
+    if let Some(late) = late.filter(|late| late.evidence > end.0.evidence)
+        && let Some(library) = Library::new(joint, ask.excluded).around(joint, &late, true)
+    {
+        let work = Work::new(joint, &library, &of_fit, ask);
+        let of_late = work.beside(&work.again(&late));
+        if of_late.0.evidence > end.0.evidence {
+            return work.later(of_late, &accepted, found, ask);
+        }
+    }
+    work.later(end, &accepted, found, ask)
+}
+
+/// A hypothesis, those without one of its effects, and the best with another effect in the place of one, all beside the same noise.
+pub(crate) fn exchanged(joint: &Joint, of: &Tested, ask: &Ask<'_>) -> Vec<Tested> {
+    let plain = || Library::new(joint, ask.excluded);
+    // A delay would move nothing in the place of a lag.
+    let around = plain().around(joint, of, true);
+    let library = around.unwrap_or_else(plain);
+    let of_fit = joint.of_fit();
+    let work = Work::new(joint, &library, &of_fit, ask);
+    let itself = evaluate(&library, work.parts(of), work.price);
+    work.tested(&itself.into_iter().collect::<Vec<_>>(), 1);
+    let mut all = work.exchanges(of, TRIED);
+    let fewer = work.fewer(of);
+    all.extend(work.tested(&fewer, fewer.len()));
+    all.extend(work.in_twos(of));
+    all
+}
+
+/// From the best effects alone and in pairs.
+fn searched(joint: &Joint, library: &Library, ask: &Ask<'_>) -> Found {
+    let of_fit = joint.of_fit();
+    let work = Work::new(joint, library, &of_fit, ask);
+    let ranked = work.first();
+    let possible = ranked.iter().filter(|t| work.is_possible(t));
+    // Two shapes of the same effects would climb to the same end.
+    let mut seen = BTreeSet::new();
+    let starts = possible.filter(|t| seen.insert(t.effects_in_order()));
+    let starts: Vec<&Tested> = starts.take(STARTS).collect();
+    let ends = starts.into_par_iter();
+    let ends: Vec<(Tested, bool)> = ends.map(|start| work.climbed(start.clone())).collect();
+    work.concluded(ends, ranked, ask)
+}
+
+impl<'a> Work<'a> {
+    fn new(joint: &'a Joint, library: &'a Library, of_fit: &'a Problem, ask: &Ask<'a>) -> Self {
+        let is_detail = |variant: &Variant| variant.effect.effect.is_detail();
+        Self {
+            price: evidence::price(joint.problem.count),
+            // Who asks for a detail alone has in the model what it is a detail of.
+            any: ask.forced || library.variants.iter().all(is_detail),
+            library,
+            joint,
+            of_fit,
+            watch: ask.watch,
+            known: Mutex::default(),
+            misled: Mutex::default(),
+        }
+    }
+}
+
+impl Work<'_> {
+    /// Where a search that goes on beside what was found ends, and whether that came to its end.
+    fn beside(&self, start: &Tested) -> (Tested, bool) {
+        let (end, came_to_end) = self.climbed(start.clone());
+        (self.with_small(end), came_to_end)
+    }
+
+    /// What was found, with what a search beside that ended in, if it is better.
+    fn later(&self, end: (Tested, bool), before: &Tested, found: Found, ask: &Ask<'_>) -> Found {
+        if end.0.evidence <= before.evidence {
+            return found;
+        }
+        let is_later = self.is_late(&end.0) && !self.is_late(before);
+        Found {
+            before_late: if is_later { before.ids() } else { Vec::new() },
+            ..self.concluded(vec![end], found.ranked, ask)
+        }
+    }
+
+    /// What is accepted of what climbs ended with, and what speaks for it.
+    fn concluded(
+        &self,
+        ends: Vec<(Tested, bool)>,
+        mut ranked: Vec<Tested>,
+        ask: &Ask<'_>,
+    ) -> Found {
+        let best = ends.iter().map(|end| end.0.clone());
+        let best = best.max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+        let settled = best.map(|best| self.settled(best));
+        let came_to_end =
+            settled.as_ref().is_none_or(|settled| settled.1) && ends.iter().all(|end| end.1);
+        let ended_after = (!came_to_end).then_some(STEPS);
+        let mut accepted = settled.and_then(|settled| settled.0);
+        if ask.forced && accepted.is_none() {
+            accepted = ranked.iter().find(|t| t.wrong.is_empty()).cloned();
+        }
+        if let Some(accepted) = &accepted {
+            ranked.extend(self.alike(accepted));
+            // A search that ends with fewer effects than it had may have begun from neither these nor any of them.
+            let fewer = self.fewer(accepted);
+            ranked.extend(self.tested(&fewer, fewer.len()));
+            ranked.push(accepted.clone());
+            ranked.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        }
+        let support = accepted.as_ref().map_or_else(Vec::new, |t| self.support(t));
+        let rivals = accepted.as_ref().map_or_else(Vec::new, |t| self.rivals(t));
+        ranked.extend(accepted.iter().flat_map(|t| self.in_twos(t)));
+        let disagreeing = match ask.each_log {
+            true => self.disagreeing(accepted.as_ref()),
+            false => Vec::new(),
+        };
+        Found {
+            accepted: accepted.map(|all| self.of_fit(all)),
+            support,
+            ranked,
+            rivals,
+            ended_after,
+            disagreeing,
+            before_late: Vec::new(),
+            curve_in_place_of: Vec::new(),
+        }
+    }
+
+    fn tested(&self, hypotheses: &[Hypothesis], most: usize) -> Vec<Tested> {
+        let misled = self.misled().clone();
+        let leads = |h: &&Hypothesis| !h.parts.iter().any(|part| misled.contains(&part.variant));
+        let hypotheses: Vec<Hypothesis> = hypotheses.iter().filter(leads).cloned().collect();
+        distinct(self.library, &hypotheses, most)
+            .par_iter()
+            .map(|h| self.test(h))
+            .collect()
+    }
+
+    /// Effects alone and in pairs, best first.
+    fn first(&self) -> Vec<Tested> {
+        let singles = self.whole(with_one_more(self.library, &[], self.price));
+        let doubles = self.whole(pairs(self.library, self.price));
+        let mut ranked = self.tested(&singles, TRIED);
+        ranked.extend(self.tested(&doubles, TRIED));
+        ranked.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        ranked
+    }
+
+    /// What another search found.
+    fn again(&self, found: &Tested) -> Tested {
+        let same = evaluate(self.library, self.parts(found), self.price);
+        same.map_or_else(|| found.clone(), |same| self.test(&same))
+    }
+
+    fn test(&self, hypothesis: &Hypothesis) -> Tested {
+        let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let found = known().get(&hypothesis.parts).cloned();
+        found.unwrap_or_else(|| {
+            let new = tested(self.library, hypothesis, self.joint);
+            self.watch.tell(|| new.trial());
+            known().insert(hypothesis.parts.clone(), new.clone());
+            new
+        })
+    }
+
+    /// Hypotheses without details of effects that they do not have.
+    fn whole(&self, all: Vec<Hypothesis>) -> Vec<Hypothesis> {
+        let is_detail = |part: &Part| {
+            self.library.variants[part.variant]
+                .effect
+                .effect
+                .is_detail()
+        };
+        let whole = |h: &Hypothesis| self.any || !h.parts.iter().any(is_detail);
+        all.into_iter().filter(whole).collect()
+    }
+
+    /// Physics and the rounding of the readings allow it.
+    fn is_possible(&self, tested: &Tested) -> bool {
+        let price =
+            self.price * tested.parameters as f64 + evidence::prior() * tested.effects.len() as f64;
+        tested.wrong.is_empty() && tested.beyond_rounding > self.joint.threshold(0.0) + price
+    }
+
+    /// Whether an effect moves the reading in time.
+    fn is_late(&self, tested: &Tested) -> bool {
+        let mut parts = self.parts(tested).into_iter();
+        parts.any(|part| self.library.variants[part.variant].effect.is_late())
+    }
+
+    fn parts(&self, tested: &Tested) -> Vec<Part> {
+        parts_of(self.library, tested)
+    }
+
+    /// Adds, exchanges and removes one effect at a time as long as the evidence rises, and whether that
+    /// came to its end.
+    fn climbed(&self, start: Tested) -> (Tested, bool) {
+        let mut now = start;
+        for _ in 0..STEPS {
+            let more = if now.effects.len() < MOST {
+                with_one_more(self.library, &self.parts(&now), self.price)
+            } else {
+                Vec::new()
+            };
+            let next = self.best_of(&now, more).or_else(|| {
+                let (exchanged, fewer) = (self.exchanged(&now), self.fewer(&now));
+                self.best_of(&now, exchanged.into_iter().chain(fewer).collect())
+            });
+            match next {
+                Some(next) => now = next,
+                None => return (now, true),
+            }
+        }
+        (now, false)
+    }
+
+    /// The best of some hypotheses with more evidence than what there is.
+    fn best_of(&self, now: &Tested, mut all: Vec<Hypothesis>) -> Option<Tested> {
+        all.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        let explained = self.joint.threshold(now.gain) - threshold(0.0);
+        let better = |t: &Tested| {
+            let form = if t.effects.len() > now.effects.len() {
+                explained
+            } else {
+                0.0
+            };
+            t.evidence > now.evidence + form + 1e-6
+        };
+        let all = self.tested(&all, TRIED_LATER).into_iter();
+        let best = all
+            .filter(|t| self.is_possible(t) && better(t))
+            .max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
+        let again = with_forms_reselected(self.library, self.parts(&best), self.price);
+        let again = again.map(|h| self.test(&h));
+        let again = again.filter(|t| self.is_possible(t) && t.evidence > best.evidence);
+        Some(again.unwrap_or(best))
+    }
+
+    /// One effect exchanged for another.
+    fn exchanged(&self, now: &Tested) -> Vec<Hypothesis> {
+        let parts = self.parts(now);
+        let without = |place| with_one_more(self.library, &without(&parts, place), self.price);
+        (0..parts.len()).flat_map(without).collect()
+    }
+
+    /// One effect less.
+    fn fewer(&self, now: &Tested) -> Vec<Hypothesis> {
+        let parts = self.parts(now);
+        if parts.len() < 2 {
+            return Vec::new();
+        }
+        let without =
+            |place| with_forms_reselected(self.library, without(&parts, place), self.price);
+        (0..parts.len()).filter_map(without).collect()
+    }
+
+    /// Evidence for each effect beside the others.
+    fn each(&self, now: &Tested) -> Vec<f64> {
+        let of = |place: usize| match now.effects.len() {
+            1 => now.evidence,
+            _ => {
+                let rest = without(&self.parts(now), place);
+                let rest = with_forms_reselected(self.library, rest, self.price);
+                let rest = rest.map(|h| self.test(&h));
+                now.evidence - rest.map_or(0.0, |t| t.evidence.max(0.0))
+            }
+        };
+        (0..now.effects.len()).into_par_iter().map(of).collect()
+    }
+
+    /// What speaks for each effect: also against all that was tested and does without it.
+    fn support(&self, now: &Tested) -> Vec<Support> {
+        let beside = self.each(now);
+        let known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let misled = self.misled();
+        let leads =
+            |(parts, _): &(&Vec<Part>, &Tested)| !parts.iter().any(|p| misled.contains(&p.variant));
+        let possible = known.iter().filter(leads).map(|(_, tested)| tested);
+        let possible: Vec<&Tested> = possible.filter(|t| self.is_possible(t)).collect();
+        let of = |(beside, own): (f64, &Fitted)| {
+            let lacks_it = |t: &&&Tested| t.effects.iter().all(|e| e.id != own.id);
+            let rivals = possible.iter().filter(lacks_it).map(|t| t.evidence);
+            let best = rivals.fold(0.0, f64::max);
+            Support::alone(beside).with_rival(now.evidence - best)
+        };
+        beside.into_iter().zip(&now.effects).map(of).collect()
+    }
+
+    /// The same effects with the parameters that the logs of the fit alone give, where these
+    /// determine them.
+    fn of_fit(&self, all: Tested) -> Tested {
+        let held_back = self.joint.fitted < self.joint.logs.len();
+        let Some(hypothesis) = evaluate(self.library, self.parts(&all), self.price) else {
+            return Tested {
+                of_all_logs: held_back.then(|| "they could not be fitted anew".to_owned()),
+                ..all
+            };
+        };
+        let mut fitted = self.estimated(self.of_fit, &hypothesis);
+        let why = match fitted.wrong.first() {
+            Some(wrong) => Some(format!("fitted to the logs of the fit alone: {wrong}")),
+            None if is_determined(&fitted) => None,
+            None => Some("the logs of the fit alone do not determine them".to_owned()),
+        };
+        let mut estimated = match &why {
+            Some(_) => self.estimated(&self.joint.problem, &hypothesis).effects,
+            None => std::mem::take(&mut fitted.effects),
+        };
+        if self.joint.has_much_left(all.gain) {
+            let logs = match &why {
+                Some(_) => self.joint.logs.len(),
+                None => self.joint.fitted,
+            };
+            widen(&mut estimated, &self.without_each_piece(&hypothesis, logs));
+        }
+        Tested {
+            effects: estimated,
+            of_all_logs: why.filter(|_| held_back),
+            ..all
+        }
+    }
+
+    /// A hypothesis fitted to some rows, with the intervals of a fit and not those of a search.
+    fn estimated(&self, problem: &Problem, hypothesis: &Hypothesis) -> Tested {
+        let (library, joint) = (self.library, self.joint);
+        fitted_to(problem, library, hypothesis, joint, Care::Estimating)
+    }
+
+    /// A hypothesis fitted to the first `logs` without one piece of them or another.
+    fn without_each_piece(&self, hypothesis: &Hypothesis, logs: usize) -> Vec<Tested> {
+        let of = |piece: usize| {
+            let problem = self.joint.without(piece, PIECES, logs);
+            let (library, joint) = (self.library, self.joint);
+            fitted_to(&problem, library, hypothesis, joint, Care::Screening)
+        };
+        (0..PIECES).into_par_iter().map(of).collect()
+    }
+}
+
+fn without(parts: &[Part], place: usize) -> Vec<Part> {
+    let mut rest = parts.to_vec();
+    rest.remove(place);
+    rest
+}
+
+/// Whether the parameters of a fit are known at all.
+fn is_determined(fitted: &Tested) -> bool {
+    let parameters = fitted.effects.iter().flat_map(|e| e.parameters.values());
+    let mut parameters = parameters.map(|(value, sigma, _)| (*value, *sigma));
+    parameters.all(|(value, sigma)| value.is_finite() && sigma.is_finite())
+}
+
+/// The best hypotheses, at most so many, and two shapes of the same effects.
+fn distinct(library: &Library, hypotheses: &[Hypothesis], most: usize) -> Vec<Hypothesis> {
+    let mut kept: Vec<(Vec<&str>, Hypothesis)> = Vec::new();
+    for hypothesis in hypotheses {
+        if hypothesis.solution.gain < NEGLIGIBLE_GAIN {
+            continue;
+        }
+        let mut ids: Vec<&str> = hypothesis
+            .parts
+            .iter()
+            .map(|p| library.variants[p.variant].effect.id)
+            .collect();
+        ids.sort_unstable();
+        let alike = kept.iter().filter(|k| k.0 == ids).count();
+        if alike < 2 {
+            kept.push((ids, hypothesis.clone()));
+        }
+        if kept.len() >= most {
+            break;
+        }
+    }
+    kept.into_iter().map(|k| k.1).collect()
+}
