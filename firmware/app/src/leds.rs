@@ -7,7 +7,7 @@
 //! | red | no fault | a command was refused | a fault is latched: reset it |
 
 use crate::board::Clock;
-use crate::shared::{Shared, Status};
+use crate::shared::{Leds, Shared, Status};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use softdock_control::modes::Mode;
 use softdock_link::sensor::SensorState;
@@ -18,24 +18,6 @@ const PERIOD_US: u64 = 125_000;
 /// Ticks of a half period of slow blinking.
 const SLOW_TICKS: u32 = 4;
 
-/// Whether each LED is lit.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Leds {
-    /// The mode.
-    pub green: bool,
-    /// The links.
-    pub yellow: bool,
-    /// Faults.
-    pub red: bool,
-}
-
-impl From<[bool; 3]> for Leds {
-    /// Green, yellow, red.
-    fn from([green, yellow, red]: [bool; 3]) -> Self {
-        Self { green, yellow, red }
-    }
-}
-
 /// Keeps `set` informed of the board's state, for ever.
 pub async fn show<M: RawMutex>(
     shared: &Shared<M>,
@@ -45,8 +27,8 @@ pub async fn show<M: RawMutex>(
     let mut next_us = clock.now_us();
     let mut tick = 0_u32;
     loop {
-        let lamps = shared.lamps(clock.now_us());
-        set(lamps.unwrap_or_else(|| leds(&shared.status(), tick)));
+        let tested = shared.leds(clock.now_us());
+        set(tested.unwrap_or_else(|| leds(&shared.status(), tick)));
         tick = tick.wrapping_add(1);
         next_us += PERIOD_US;
         clock.wait_until(next_us).await;
@@ -120,9 +102,9 @@ mod tests {
         let red = Leds::from([false, false, true]);
         assert_eq!((red.green, red.yellow, red.red), (false, false, true));
         shared.light(Some((red, 1000)));
-        assert_eq!([999, 1000].map(|us| shared.lamps(us)), [Some(red), None]);
+        assert_eq!([999, 1000].map(|us| shared.leds(us)), [Some(red), None]);
         shared.light(None);
-        assert_eq!(shared.lamps(0), None);
+        assert_eq!(shared.leds(0), None);
     }
 
     #[test]

@@ -1,6 +1,5 @@
 //! What the tasks share: the newest sample, the operator's commands, and the state for onlookers.
 
-use crate::leds::Leds;
 use core::cell::Cell;
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::RawMutex;
@@ -157,13 +156,31 @@ impl MachineState {
     }
 }
 
+/// Whether each LED is lit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Leds {
+    /// The mode.
+    pub green: bool,
+    /// The links.
+    pub yellow: bool,
+    /// Faults.
+    pub red: bool,
+}
+
+impl From<[bool; 3]> for Leds {
+    /// Green, yellow, red.
+    fn from([green, yellow, red]: [bool; 3]) -> Self {
+        Self { green, yellow, red }
+    }
+}
+
 /// The shared state.
 pub struct Shared<M: RawMutex> {
     sample: Mutex<M, Cell<SensorSample>>,
     status: Mutex<M, Cell<Status>>,
     machine: Mutex<M, Cell<MachineState>>,
     /// LEDs that a test has lit, and until when, µs.
-    lamps: Mutex<M, Cell<Option<(Leds, u64)>>>,
+    leds: Mutex<M, Cell<Option<(Leds, u64)>>>,
     /// Raised with each new sample.
     pub(crate) fresh: Signal<M, ()>,
     /// Raised when a telegram asks for a sample.
@@ -192,7 +209,7 @@ impl<M: RawMutex> Shared<M> {
             sample: Mutex::new(Cell::new(NO_SAMPLE)),
             status: Mutex::new(Cell::new(BOOT)),
             machine: Mutex::new(Cell::new(NEW_MACHINE)),
-            lamps: Mutex::new(Cell::new(None)),
+            leds: Mutex::new(Cell::new(None)),
             fresh: Signal::new(),
             wanted: Signal::new(),
             restart_sensor: Signal::new(),
@@ -237,13 +254,13 @@ impl<M: RawMutex> Shared<M> {
     }
 
     /// Lights these LEDs until then, µs; none: they say what they have to.
-    pub(crate) fn light(&self, lamps: Option<(Leds, u64)>) {
-        self.lamps.lock(|cell| cell.set(lamps));
+    pub(crate) fn light(&self, leds: Option<(Leds, u64)>) {
+        self.leds.lock(|cell| cell.set(leds));
     }
 
     /// The LEDs that a test has lit.
-    pub(crate) fn lamps(&self, now_us: u64) -> Option<Leds> {
-        let lit = self.lamps.lock(Cell::get);
+    pub(crate) fn leds(&self, now_us: u64) -> Option<Leds> {
+        let lit = self.leds.lock(Cell::get);
         lit.filter(|(_, until_us)| now_us < *until_us)
             .map(|(leds, _)| leds)
     }

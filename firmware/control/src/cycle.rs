@@ -316,7 +316,13 @@ impl<S: Scalar> Cycle<S> {
     fn jog_allowed(&self, jog: Jog, pose: &Pose<S>) -> Readiness {
         let center = self.box_center.unwrap_or(*pose);
         let gimbal_lock = self.robot.gimbal_lock.as_ref();
-        match has_room(&self.settings, gimbal_lock, jog, pose, &center) {
+        match has_room(
+            (&self.settings.jog, &self.settings.limits),
+            gimbal_lock,
+            jog,
+            pose,
+            &center,
+        ) {
             true => Ok(()),
             false => Err(Refusal::NoRoom),
         }
@@ -325,7 +331,11 @@ impl<S: Scalar> Cycle<S> {
     /// Displacements count from this pose, and the jog begins with the present cycle.
     fn begin_jog(&mut self, jog: Jog, pose: &Pose<S>) {
         self.take_start_pose(pose);
-        self.jog = Some(JogRun::new(&self.settings, jog));
+        self.jog = Some(JogRun::new(
+            &self.settings.jog,
+            jog,
+            self.settings.robot.cycle_s,
+        ));
     }
 
     /// The next cycle of a jog; behind its end the robot holds.

@@ -4,10 +4,10 @@
 //! enters once, as operator-set accelerations (A12) and, beyond the paper, as spring and damper. What integrates and how is the paper's, on
 //! purpose: it is the model that a recording is compared with.
 
+use crate::bodies::{BodySettings, FrameSettings};
 use crate::frames::{self, Pose, Twist, Wrench, components, matrix, saturated, vector};
 use crate::manipulator::ManipulatorResistance;
 use crate::scalar::Scalar;
-use crate::settings::{BodySettings, FrameSettings};
 use nalgebra::{Matrix3, Vector3};
 
 /// Declared ranges of the model, per component: several times what the settings and the limits

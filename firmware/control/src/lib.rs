@@ -11,12 +11,14 @@
 //! - [`settings`]: what a person writes; `validation` declares the range of each field.
 #![cfg_attr(not(test), no_std)]
 
+mod bodies;
 pub mod checked;
 pub mod cost;
 pub mod cycle;
 pub mod delay;
 pub mod described;
 pub mod dynamics;
+mod fault;
 pub mod flags;
 pub mod frames;
 pub mod health;

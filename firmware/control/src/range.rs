@@ -2,6 +2,9 @@
 
 use core::ops::RangeInclusive;
 
+/// Largest component of a quaternion as it is written; it is normalised when it is taken.
+pub(crate) const LARGEST_QUATERNION: f64 = 1.0e3;
+
 /// Dotted name of a settings field.
 pub type FieldName = &'static str;
 

@@ -3,7 +3,7 @@
 //! They are also the declared ranges of the fixed-point build: with every setting and every input
 //! at its limit, no product of the cycle leaves ±2.1e9.
 
-use crate::range::{FieldName, SettingsError, all_within, in_range};
+use crate::range::{FieldName, LARGEST_QUATERNION, SettingsError, all_within, in_range};
 use crate::settings::{BodySettings, FrameSettings, SensorSettings, Settings, StartSettings};
 
 /// Largest mass, kg, and moment of inertia, kg·m²: with these the fixed-point build keeps four
@@ -17,8 +17,6 @@ const FASTEST_RAD_S: f64 = 5.0;
 const STIFFEST_PER_S2: f64 = 100.0;
 /// Largest damping of the manipulator over the mass, 1/s: a time constant of 25 cycles of 4 ms.
 const STRONGEST_PER_S: f64 = 10.0;
-/// Largest component of a quaternion as it is written; it is normalised when it is taken.
-pub(crate) const LARGEST_QUATERNION: f64 = 1.0e3;
 
 /// Dotted names of a spacecraft's fields.
 struct BodyNames {

@@ -1,36 +1,13 @@
 //! The start of the firmware and the log's first lines: who this is, and with which settings.
 
 use super::SHARED;
+use super::identity::Identity;
 use super::service::{self, Prepared};
 use crate::processor::Processor;
 use crate::settings::BoardSettings;
 use crate::store::{Boot, Origin, Store, TRIAL_BYTES, Trial};
-use core::fmt;
 use defmt::{Display2Format, error, info, warn};
 use embedded_storage_async::nor_flash::NorFlash;
-
-/// Who the firmware is.
-#[derive(Clone, Copy, Debug)]
-pub struct Identity {
-    /// Version of the firmware.
-    pub version: &'static str,
-    /// Git hash, and whether there were changes.
-    pub git: &'static str,
-    /// Board and chip.
-    pub board: &'static str,
-    /// What it can compute.
-    pub processor: Processor,
-}
-
-impl fmt::Display for Identity {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "softdock {} ({}) on {}",
-            self.version, self.git, self.board
-        )
-    }
-}
 
 /// What a start knows of the run before.
 #[derive(Clone, Copy, Debug)]

@@ -10,6 +10,7 @@
 pub mod boot;
 pub mod clock;
 pub mod ethernet_link;
+pub mod identity;
 pub mod monitor;
 pub mod service;
 pub mod stamped;

@@ -1,8 +1,8 @@
 //! The parameter service of a microcontroller: its memory and its start.
 
 use super::SHARED;
-use super::boot::Identity;
 use super::clock::UptimeClock;
+use super::identity::Identity;
 use crate::image::IMAGE_MAX_BYTES;
 use crate::service::{End, IDENTITY_BYTES, Service, Session};
 use crate::store::{Block, Boot, Store, Trial};

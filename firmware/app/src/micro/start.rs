@@ -1,7 +1,7 @@
 //! Puts network, control cycle and telemetry of a microcontroller together, and spawns tasks.
 
 use super::SHARED;
-use super::boot::Identity;
+use super::identity::Identity;
 use super::stamped::Stamped;
 use super::telemetry::{self, Queue, encoder_task, transmitter_task};
 use super::udp::{UdpPort, static_address};
@@ -94,7 +94,13 @@ pub fn assemble<D: Driver>(
     let port = UdpPort::bind(stack, network.rsi_port)?;
     let telemetry = network.recorder.and_then(|recorder| {
         let port = network.rsi_port.wrapping_add(1);
-        telemetry::prepare(stack, port, recorder, settings, options)
+        telemetry::prepare(
+            stack,
+            port,
+            recorder,
+            settings,
+            (options.identity, options.boot),
+        )
     });
     let queue = telemetry.map(|(queue, encoder, transmitter)| {
         send(background, encoder_task(encoder));

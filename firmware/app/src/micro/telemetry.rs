@@ -2,7 +2,7 @@
 
 use super::SHARED;
 use super::clock::UptimeClock;
-use super::start::Options;
+use super::identity::Identity;
 use super::udp;
 use crate::board::{DatagramSink, IoError};
 use crate::image::{IMAGE_MAX_BYTES, Image};
@@ -51,7 +51,7 @@ pub(super) fn prepare(
     port: u16,
     recorder: SocketAddrV4,
     settings: &BoardSettings,
-    options: Options,
+    (identity, boot): (&Identity, u32),
 ) -> Option<(Queue, Encoder, Transmitter)> {
     static SLOT_MEMORY: StaticCell<[Slot; SLOTS]> = StaticCell::new();
     static RECORDS: StaticCell<Channel<'static, CriticalSectionRawMutex, Slot>> = StaticCell::new();
@@ -68,15 +68,15 @@ pub(super) fn prepare(
     let settings = settings.clone();
     let sequence = 0;
     let length = Image { sequence, settings }.encode(image).ok()?;
-    let mut identity = heapless::String::new();
+    let mut text = heapless::String::new();
     // A longer one is cut off.
-    let _ = write!(identity, "{}", options.identity);
+    let _ = write!(text, "{identity}");
     let encoder = Encoder {
         slots: taken,
         datagrams: made,
-        boot: options.boot,
+        boot,
         image: image.get(..length)?,
-        identity,
+        identity: text,
     };
     let transmitter = Transmitter {
         datagrams: waiting,

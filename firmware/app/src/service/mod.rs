@@ -17,8 +17,7 @@ pub use log::Log;
 pub use session::{IDENTITY_BYTES, Job, Now, Outcome, Session};
 
 use crate::board::Clock;
-use crate::leds::Leds;
-use crate::shared::Shared;
+use crate::shared::{Leds, Shared};
 use crate::store::{Block, Origin, Store, Trial};
 use embassy_futures::select::{Either, select};
 use embassy_sync::blocking_mutex::raw::RawMutex;

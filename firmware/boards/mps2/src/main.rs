@@ -37,8 +37,9 @@ use cortex_m::peripheral::SCB;
 use embassy_executor::SendSpawner;
 use flash::Psram;
 use lan9118::Lan9118;
-use softdock_app::micro::boot::{self, Before, Identity};
+use softdock_app::micro::boot::{self, Before};
 use softdock_app::micro::clock::UptimeClock;
+use softdock_app::micro::identity::Identity;
 use softdock_app::micro::monitor::monitor;
 use softdock_app::micro::service::{self, Prepared};
 use softdock_app::micro::start::{

@@ -35,7 +35,7 @@ impl Leds {
 /// Shows the state of the board.
 #[embassy_executor::task]
 pub(crate) async fn show(mut pins: Leds) -> ! {
-    let set = |lit: leds::Leds| {
+    let set = |lit: softdock_app::shared::Leds| {
         pins.green.set_level(lit.green.into());
         pins.yellow.set_level(lit.yellow.into());
         pins.red.set_level(lit.red.into());

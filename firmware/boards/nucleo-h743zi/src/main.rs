@@ -47,8 +47,9 @@ use embassy_stm32::{Peri, bind_interrupts};
 use flash::Sectors;
 use hardware::Hardware;
 use leds::Leds;
-use softdock_app::micro::boot::{self, Before, Identity};
+use softdock_app::micro::boot::{self, Before};
 use softdock_app::micro::clock::UptimeClock;
+use softdock_app::micro::identity::Identity;
 use softdock_app::micro::monitor::monitor;
 use softdock_app::micro::service::{self, Prepared};
 use softdock_app::micro::start::{

@@ -3,8 +3,8 @@
 use super::spacecraft::{CYCLE_S, Spacecraft};
 use super::status::{LawFlags, LawStatus};
 use super::{DelaySettings, Law, LawInput, LawName};
+use crate::fault::Fault;
 use crate::frames::{Pose, Wrench};
-use crate::modes::Fault;
 use nalgebra::{UnitQuaternion, Vector3};
 use softdock_delay_plants::{
     Actuator, Contact, ForceLaw, Measurement, Plant, PlantSettings, Sample, Wall,

@@ -37,8 +37,8 @@ pub mod switching_gain;
 
 use crate::described::Description;
 use crate::dynamics::{TwoBody, TwoBodyState};
+use crate::fault::Fault;
 use crate::frames::{Pose, Twist, Wrench};
-use crate::modes::Fault;
 use crate::range::SettingsError;
 use crate::scalar::Scalar;
 use actuator::ActuatorSettings;

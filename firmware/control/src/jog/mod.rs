@@ -7,7 +7,6 @@ use crate::limits::{LimitSettings, angle};
 use crate::range::{FieldName, SettingsError, in_range};
 use crate::robot::GimbalLock;
 use crate::scalar::Scalar;
-use crate::settings::Settings;
 use excitation::{Excitation, FASTEST, FORWARD, LARGEST_JUMP};
 
 /// Every jog draws the same levels: what was seen once is what will be seen again.
@@ -141,8 +140,8 @@ pub(crate) struct JogRun {
 
 impl JogRun {
     /// From validated settings.
-    pub(crate) fn new(settings: &Settings, jog: Jog) -> Self {
-        let excitation = settings.jog.excitation(jog, settings.robot.cycle_s);
+    pub(crate) fn new(settings: &JogSettings, jog: Jog, cycle_s: f64) -> Self {
+        let excitation = settings.excitation(jog, cycle_s);
         Self { jog, excitation }
     }
 
@@ -174,23 +173,23 @@ impl Bounds {
 /// Whether a jog from a measured pose keeps within the box around `center`, and off the gimbal lock
 /// of the robot's angles.
 pub(crate) fn has_room<S: Scalar>(
-    settings: &Settings,
+    (settings, limits): (&JogSettings, &LimitSettings),
     gimbal_lock: Option<&GimbalLock>,
     jog: Jog,
     pose: &Pose<S>,
     center: &Pose<S>,
 ) -> bool {
-    let ((axis, sign), (_, reach)) = (jog.component(), settings.jog.motion(jog));
+    let ((axis, sign), (_, reach)) = (jog.component(), settings.motion(jog));
     if jog.is_rotation() {
         let turned = angle(&(center.rotation.inverse() * pose.rotation)).get();
         let clear =
             gimbal_lock.is_none_or(|lock| lock.sine(&pose.rotation) <= lock.largest_sine(reach));
-        return clear && turned + reach <= settings.limits.box_rad;
+        return clear && turned + reach <= limits.box_rad;
     }
     let [from, to] = [center, pose].map(|p| frames::components(&p.translation.vector));
     let (from, to) = (from.get(axis), to.get(axis));
     let away = to.zip(from).map_or(0.0, |(to, from)| to - from) * sign;
-    let edge = settings.limits.box_m.get(axis).copied().unwrap_or_default();
+    let edge = limits.box_m.get(axis).copied().unwrap_or_default();
     away >= -edge && away + reach <= edge
 }
 

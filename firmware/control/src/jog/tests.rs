@@ -1,4 +1,5 @@
 use super::*;
+use crate::settings::Settings;
 
 const CYCLE_S: f64 = 0.004;
 
@@ -79,7 +80,13 @@ fn has_room_at(jog: Jog, from_center: [f64; 4]) -> bool {
         (center.translation.vector + frames::vector(&[x, y, z])).into(),
         center.rotation * frames::orientation_from_abc(&[a, 0.0, 0.0]),
     );
-    has_room(&Settings::default(), None, jog, &pose, &center)
+    has_room(
+        (&JogSettings::default(), &LimitSettings::default()),
+        None,
+        jog,
+        &pose,
+        &center,
+    )
 }
 
 #[test]

@@ -264,8 +264,8 @@ fn the_lamps_that_are_tested_are_lit_for_their_time() {
     let clock = Quick(Cell::new(start_us));
     assert_eq!(block_on(service.carry_out(job, &clock)), None);
     let end_us = start_us + u64::from(LAMPS_S) * 1_000_000;
-    let lamps = [end_us - 1, end_us].map(|us| shared.lamps(us));
-    assert_eq!(lamps, [Some(Leds::from(lit)), None]);
+    let leds = [end_us - 1, end_us].map(|us| shared.leds(us));
+    assert_eq!(leds, [Some(Leds::from(lit)), None]);
 }
 
 /// Nobody is there who could test a bus; the answer comes all the same. A hang ends the service.

@@ -18,7 +18,7 @@ use super::robot_model::RobotModel;
 use super::tuning::*;
 use crate::delay::status::{ConfidenceLevel, LawFlags, LawStatus};
 use crate::delay::{DelaySettings, LawOutput};
-use crate::modes::{Fault, FaultCode};
+use crate::fault::{Fault, FaultCode};
 use crate::scalar::Scalar;
 
 /// What is believed and decided.

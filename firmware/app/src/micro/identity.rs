@@ -1,0 +1,27 @@
+//! Who the firmware is.
+
+use crate::processor::Processor;
+use core::fmt;
+
+/// Who the firmware is.
+#[derive(Clone, Copy, Debug)]
+pub struct Identity {
+    /// Version of the firmware.
+    pub version: &'static str,
+    /// Git hash, and whether there were changes.
+    pub git: &'static str,
+    /// Board and chip.
+    pub board: &'static str,
+    /// What it can compute.
+    pub processor: Processor,
+}
+
+impl fmt::Display for Identity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "softdock {} ({}) on {}",
+            self.version, self.git, self.board
+        )
+    }
+}
