@@ -4,7 +4,6 @@
 //! hidden. Each draw has a seed of its own, so that `samples` makes the benchmark as large as one likes.
 
 use super::distribution::Distribution;
-use super::file::CampaignFile;
 use super::outcome::{Outcome, Status};
 use crate::bench::delay::case::Case;
 use crate::bench::delay::{cases, run};
@@ -27,16 +26,20 @@ pub enum Bench {
 }
 
 impl Bench {
-    /// What varies: names of columns with the values of each.
+    /// What varies: names of columns with the values of each; all cases and laws where none are chosen.
     ///
     /// # Errors
-    /// The campaign names a case that there is not.
-    pub fn factors(self, file: &CampaignFile) -> Result<Vec<(&'static str, Distribution)>> {
+    /// One of the cases is none that there is.
+    pub fn factors(
+        self,
+        chosen_cases: &[String],
+        chosen_laws: &[LawName],
+    ) -> Result<Vec<(&'static str, Distribution)>> {
         let list =
             |words: Vec<String>| Distribution::List(words.into_iter().map(Value::String).collect());
         let asked = |names: &[&str]| {
             let none = |name: &&String| !names.contains(&name.as_str());
-            let unknown = file.cases.iter().find(none);
+            let unknown = chosen_cases.iter().find(none);
             ensure!(
                 unknown.is_none(),
                 "`cases`: there is no case `{}`; there are {}",
@@ -53,15 +56,15 @@ impl Bench {
                 names.extend(all.iter().map(|case| case.name.as_str()));
                 asked(&names)?;
                 let chosen = all.iter().filter(|case| {
-                    file.cases.is_empty() || file.cases.iter().any(|name| case.is_called(name))
+                    chosen_cases.is_empty() || chosen_cases.iter().any(|name| case.is_called(name))
                 });
                 let at = |case: &Case| {
                     let speeds = case.speeds_mm_s.iter();
                     speeds.map(|speed| word(case, *speed)).collect::<Vec<_>>()
                 };
-                let laws = match file.laws.is_empty() {
+                let laws = match chosen_laws.is_empty() {
                     true => LawName::ALL.to_vec(),
-                    false => file.laws.clone(),
+                    false => chosen_laws.to_vec(),
                 };
                 let laws = laws.iter().map(|law| law.name().to_owned());
                 Ok(vec![
@@ -74,7 +77,7 @@ impl Bench {
                 let names: Vec<&str> = all.iter().map(|spec| spec.name()).collect();
                 asked(&names)?;
                 let chosen = |name: &&str| {
-                    file.cases.is_empty() || file.cases.iter().any(|case| case == name)
+                    chosen_cases.is_empty() || chosen_cases.iter().any(|case| case == name)
                 };
                 let chosen = names.into_iter().filter(chosen).map(str::to_owned);
                 Ok(vec![("case", list(chosen.collect()))])
@@ -192,17 +195,16 @@ fn diagnosed(name: &str, seed: u64) -> Result<Outcome> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use softdock_io::input;
 
-    fn file(text: &str) -> CampaignFile {
-        input::parse(text, "campaign").unwrap()
+    fn only(case: &str) -> [String; 1] {
+        [case.to_owned()]
     }
 
     /// A row is that of the benchmark with its seed.
     #[test]
     fn a_row_is_the_benchmarks_own() {
-        let file = file("bench = \"delay\"\ncases = [\"headline\"]\nlaws = [\"lead\"]");
-        let factors = Bench::Delay.factors(&file).unwrap();
+        let factors = Bench::Delay.factors(&only("headline"), &[LawName::Lead]);
+        let factors = factors.unwrap();
         let levels = |k: usize| factors[k].1.levels().unwrap();
         assert_eq!(levels(0), ["lead"]);
         let values = [levels(0)[0].clone(), levels(1)[3].clone()];
@@ -215,7 +217,7 @@ mod tests {
 
     #[test]
     fn every_case_is_a_word_of_its_own() {
-        let all = Bench::Delay.factors(&file("bench = \"delay\"")).unwrap();
+        let all = Bench::Delay.factors(&[], &[]).unwrap();
         let levels = all[1].1.levels().unwrap();
         let words: std::collections::BTreeSet<_> = levels.iter().map(Value::to_string).collect();
         assert_eq!(words.len(), levels.len());
@@ -223,8 +225,8 @@ mod tests {
 
     #[test]
     fn a_case_that_there_is_not_is_refused() {
-        let file = file("bench = \"diagnose\"\ncases = [\"h999\"]");
-        let said = Bench::Diagnose.factors(&file).unwrap_err().to_string();
+        let said = Bench::Diagnose.factors(&only("h999"), &[]);
+        let said = said.unwrap_err().to_string();
         assert!(
             said.contains("there is no case `h999`; there are h001"),
             "{said}"

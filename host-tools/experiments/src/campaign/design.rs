@@ -117,7 +117,7 @@ impl Design {
 
 /// Place of a name in a stream of random numbers.
 pub(super) fn place(name: &str) -> u64 {
-    super::plan::checksum(&[name.as_bytes()])
+    super::checksum::checksum(&[name.as_bytes()])
 }
 
 /// Below 1, where no distribution ends at infinity.

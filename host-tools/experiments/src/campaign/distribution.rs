@@ -1,8 +1,8 @@
 //! How a factor varies: from a number between 0 and 1 to a value, or a list of values.
 
-use super::file::{Grid, Normal};
 use anyhow::{Result, ensure};
 use nalgebra::ComplexField;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use statrs::distribution::{ContinuousCDF, Normal as Standard};
 
@@ -11,6 +11,34 @@ const MOST_POINTS: u32 = 1_000_000;
 
 /// Values of a list that are said one by one.
 const MOST_SAID: usize = 12;
+
+/// A normal distribution.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Normal {
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation.
+    pub sigma: f64,
+    /// Nothing below.
+    #[serde(default)]
+    pub low: Option<f64>,
+    /// Nothing above.
+    #[serde(default)]
+    pub high: Option<f64>,
+}
+
+/// Numbers at equal distances.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Grid {
+    /// The first.
+    pub from: f64,
+    /// The last.
+    pub to: f64,
+    /// How many.
+    pub points: u32,
+}
 
 /// A distribution of values.
 #[derive(Clone, Debug, PartialEq)]

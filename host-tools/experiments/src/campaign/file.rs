@@ -2,7 +2,7 @@
 
 use super::bench::Bench;
 use super::design::Kind;
-use super::distribution::Distribution;
+use super::distribution::{Distribution, Grid, Normal};
 use super::outcome;
 use anyhow::{Result, bail, ensure};
 use serde::{Deserialize, Serialize};
@@ -84,34 +84,6 @@ pub struct Factor {
     /// Likewise, so many values from one number to another.
     #[serde(default)]
     pub grid: Option<Grid>,
-}
-
-/// A normal distribution.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Normal {
-    /// Mean.
-    pub mean: f64,
-    /// Standard deviation.
-    pub sigma: f64,
-    /// Nothing below.
-    #[serde(default)]
-    pub low: Option<f64>,
-    /// Nothing above.
-    #[serde(default)]
-    pub high: Option<f64>,
-}
-
-/// Numbers at equal distances.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Grid {
-    /// The first.
-    pub from: f64,
-    /// The last.
-    pub to: f64,
-    /// How many.
-    pub points: u32,
 }
 
 /// What an outcome has to keep.
@@ -249,7 +221,7 @@ impl CampaignFile {
             "`cases` and `laws` are those of a `bench`"
         );
         let mut columns: BTreeSet<String> =
-            super::table::own_columns().map(str::to_owned).collect();
+            super::columns::own_columns().map(str::to_owned).collect();
         for factor in &self.factors {
             let column = factor.column();
             ensure!(

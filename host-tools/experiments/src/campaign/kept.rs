@@ -1,10 +1,10 @@
 //! Each limit against what the runs came to.
 
 use super::file::Limit;
+use super::results::Results;
 use super::setting::unit;
 use super::split::splits;
 use super::statistics::Estimate;
-use super::summary::Results;
 use anyhow::Result;
 use serde::Serialize;
 

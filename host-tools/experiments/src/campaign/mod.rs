@@ -6,13 +6,18 @@
 //!   design, distribution        from an index to numbers between 0 and 1, and from these to values
 //!   setting                     values into the scenario, by dotted names
 //! a row           row, outcome  one run without recording, or a row of a benchmark (bench); failures and panics are outcomes
-//! a part          shard         every N-th row, in parallel, with a journal to go on from; whole or not at all
+//! a part          shard         every N-th row
+//!   carry_out, journal          in parallel, with a journal to go on from; whole or not at all
 //!   place                       the folder or the object store with the plan and the parts
 //! the table       merge         all parts, row by row, or an error that says what is missing
-//! the report      summary, page success, limits (kept), quantiles, worst rows, which factor matters
+//! the report      results       what may be asked of the rows
+//!   summary, page               success, limits (kept), quantiles, worst rows, which factor matters
 //! ```
 
 pub mod bench;
+pub mod carry_out;
+mod checksum;
+pub mod columns;
 pub mod design;
 pub mod distribution;
 pub mod file;
@@ -23,6 +28,7 @@ pub mod outcome;
 pub mod page;
 pub mod place;
 pub mod plan;
+pub mod results;
 pub mod row;
 pub mod setting;
 pub mod shard;

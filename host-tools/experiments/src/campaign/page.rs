@@ -1,12 +1,13 @@
 //! What a campaign found, as a person reads it: tables for terminal and page, plots for the page.
 
+use super::columns::{BINARY, PLAN};
 use super::file::Limit;
 use super::kept::KeptLimit;
+use super::results::Results;
 use super::setting::unit;
 use super::split::{Split, splits};
 use super::statistics::Estimate;
-use super::summary::{Results, Sensitivity, Summary};
-use super::table::{BINARY, PLAN};
+use super::summary::{Sensitivity, Summary};
 use anyhow::Result;
 use softdock_io::data_table::Values;
 use softdock_report::{

@@ -1,6 +1,7 @@
 //! The plan: everything that a row depends on, in one file.
 
 use super::bench::Bench;
+use super::checksum::checksum;
 use super::design::{self, Design};
 use super::distribution::Distribution;
 use super::file::{CampaignFile, Factor};
@@ -8,7 +9,6 @@ use super::place::Place;
 use super::setting::{SettingName, Settings};
 use crate::scenario::Scenario;
 use anyhow::{Context, Result, bail, ensure};
-use crc::{CRC_64_XZ, Crc, Table};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use softdock_io::shell::quoted;
@@ -127,7 +127,11 @@ impl PlannedFactor {
             source: Source::Levels(distribution.levels().unwrap_or_default()),
             distribution,
         };
-        Ok(bench.factors(campaign)?.into_iter().map(planned).collect())
+        Ok(bench
+            .factors(&campaign.cases, &campaign.laws)?
+            .into_iter()
+            .map(planned)
+            .collect())
     }
 }
 
@@ -377,18 +381,6 @@ fn refuse_overwritten(before: &[PlannedFactor], name: &str, targets: &[SettingNa
         }
     }
     Ok(())
-}
-
-/// A checksum over texts.
-pub(super) fn checksum(texts: &[&[u8]]) -> u64 {
-    // Sixteen bytes at a time: the program has a hundred million.
-    const CRC: Crc<u64, Table<16>> = Crc::<u64, Table<16>>::new(&CRC_64_XZ);
-    let mut digest = CRC.digest();
-    for text in texts {
-        digest.update(&(text.len() as u64).to_le_bytes());
-        digest.update(text);
-    }
-    digest.finalize()
 }
 
 /// Name, version and git state of this program, and a checksum of its file: two builds of one commit

@@ -1,6 +1,6 @@
 //! Rows that are looked at apart: with and without the delay law, for instance.
 
-use super::summary::Results;
+use super::results::Results;
 use anyhow::Result;
 use softdock_io::data_table::Values;
 

@@ -1,10 +1,11 @@
 //! How far a campaign is.
 
+use super::carry_out::{failed, read_part};
+use super::columns::INDEX;
 use super::journal;
 use super::place::Place;
 use super::plan::Plan;
-use super::shard::{Shard, read_part};
-use super::table::INDEX;
+use super::shard::Shard;
 use anyhow::{Result, bail};
 use serde::Serialize;
 use softdock_io::data_table::{DataTable, Values};
@@ -92,23 +93,12 @@ pub(super) fn indices(part: &DataTable) -> Result<Vec<u64>> {
     }
 }
 
-/// Rows of a part that are not completed.
-pub fn failed(part: &DataTable) -> Result<u64> {
-    match part.values("status")? {
-        Values::Text(words) => {
-            let failed = words.iter().flatten().filter(|word| *word != "completed");
-            Ok(failed.count() as u64)
-        }
-        _ => bail!("column `status` holds no words"),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::campaign::carry_out;
     use crate::campaign::journal::Journal;
     use crate::campaign::outcome::Outcome;
-    use crate::campaign::shard;
     use crate::campaign::table::table;
 
     /// Before any part there is, journals say how the rows were divided; whoever divides them anew keeps what was done.
@@ -149,7 +139,7 @@ mod tests {
         place
             .add(&shard.part(), table(&plan, &rows).to_parquet().unwrap())
             .unwrap();
-        shard::run(&plan, &place, shard, 1, &false.into(), &|| ()).unwrap();
+        carry_out::run(&plan, &place, shard, 1, &false.into(), &|| ()).unwrap();
         let left = journal::all(&plan, folder.path()).unwrap();
         assert!(
             left.into_iter()

@@ -1,19 +1,14 @@
 //! What a campaign found, in numbers.
 
-use super::bench::Bench;
-use super::file::Limit;
 use super::kept::{KeptLimit, kept_limits};
-use super::outcome::{NUMBERS, Number};
 use super::place::Place;
-use super::plan::{Conditions, Plan, PlannedFactor};
+use super::plan::Conditions;
+use super::results::Results;
 use super::setting::unit;
-use super::statistics::{
-    Estimate, SobolIndices, quantile, rank_correlation, rank_ratio, share, sobol_indices,
-};
-use super::table::SUCCESS;
-use anyhow::{Result, bail};
+use super::statistics::{Estimate, SobolIndices, rank_correlation, rank_ratio, sobol_indices};
+use anyhow::Result;
 use serde::Serialize;
-use softdock_io::data_table::{DataTable, Values};
+use softdock_io::data_table::Values;
 use softdock_io::shell::quoted;
 use std::collections::BTreeMap;
 
@@ -23,9 +18,6 @@ pub const QUANTILES: [f64; 3] = [0.05, 0.5, 0.95];
 const WORST: usize = 10;
 /// Values of a list that are still looked at one by one.
 const MOST_GROUPS: usize = 50;
-/// The outcome that ranks rows if the campaign names none.
-const DEFAULT_WORST: &str = "peak_force_n";
-
 /// What a campaign found.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Summary {
@@ -107,147 +99,6 @@ pub struct Sensitivity {
     pub rank_correlation: Option<f64>,
     /// If the design is one for them.
     pub sobol: Option<SobolIndices>,
-}
-
-/// The table of a campaign with the plan that it follows.
-#[derive(Debug)]
-pub struct Results<'a> {
-    /// The plan.
-    pub plan: &'a Plan,
-    /// All rows.
-    pub table: &'a DataTable,
-}
-
-impl Results<'_> {
-    /// A numeric column.
-    pub fn numbers(&self, name: &str) -> Result<&[Option<f64>]> {
-        match self.table.values(name)? {
-            Values::Number(values) => Ok(values),
-            _ => bail!("column `{name}` holds no numbers"),
-        }
-    }
-
-    /// Whether each run was a success.
-    pub fn successes(&self) -> Result<Vec<bool>> {
-        Ok(self
-            .flags(SUCCESS)?
-            .iter()
-            .map(|flag| *flag == Some(true))
-            .collect())
-    }
-
-    fn flags(&self, name: &str) -> Result<&[Option<bool>]> {
-        match self.table.values(name)? {
-            Values::Flag(values) => Ok(values),
-            _ => bail!("column `{name}` holds no flags"),
-        }
-    }
-
-    fn words(&self, name: &str) -> Result<&[Option<String>]> {
-        match self.table.values(name)? {
-            Values::Text(values) => Ok(values),
-            _ => bail!("column `{name}` holds no words"),
-        }
-    }
-
-    /// The outcomes that the report shows.
-    pub fn shown(&self) -> impl Iterator<Item = &'static Number> {
-        let campaign = &self.plan.campaign;
-        let named = campaign.outcomes.iter().map(String::as_str);
-        let wanted: Vec<&str> = match (campaign.outcomes.is_empty(), campaign.bench) {
-            (true, Some(bench)) => bench.outcomes().to_vec(),
-            _ => named.collect(),
-        };
-        let shown = move |number: &&Number| wanted.is_empty() || wanted.contains(&number.name);
-        NUMBERS.iter().filter(shown)
-    }
-
-    /// The outcome that ranks rows, and its limit if it has one.
-    pub fn worst_by(&self) -> (&str, Option<&Limit>) {
-        let campaign = &self.plan.campaign;
-        let first = campaign.limits.first().map(|limit| limit.outcome.as_str());
-        let usual = campaign.bench.map_or(DEFAULT_WORST, Bench::worst);
-        let name = campaign.worst.as_deref().or(first).unwrap_or(usual);
-        (
-            name,
-            campaign.limits.iter().find(|limit| limit.outcome == name),
-        )
-    }
-
-    /// How many draws these rows, in their order, are of.
-    fn draws(&self, rows: &[usize]) -> usize {
-        let mut draws: Vec<u64> = rows.iter().map(|r| self.plan.draw(*r as u64)).collect();
-        draws.dedup();
-        draws.len()
-    }
-
-    /// Of how many of these rows it is true.
-    pub(super) fn share(
-        &self,
-        rows: &[usize],
-        is_true: impl Fn(usize) -> bool,
-    ) -> Option<Estimate> {
-        let count = rows.iter().filter(|row| is_true(**row)).count();
-        share(count, rows.len(), self.draws(rows))
-    }
-
-    /// The finite values of these rows.
-    pub(super) fn sample(&self, rows: &[usize], values: &[Option<f64>]) -> Sample {
-        let finite = |row: &usize| values[*row].is_some_and(f64::is_finite);
-        let rows: Vec<usize> = rows.iter().copied().filter(finite).collect();
-        let mut ordered: Vec<f64> = rows.iter().filter_map(|row| values[*row]).collect();
-        ordered.sort_by(f64::total_cmp);
-        let draws = self.draws(&rows);
-        Sample { ordered, draws }
-    }
-
-    /// Factor and outcome of the rows that have both; words as numbers of their groups.
-    fn pairs(&self, factor: &PlannedFactor, outcome: &str) -> Result<Pairs> {
-        let y = self.numbers(outcome)?;
-        let (numeric, x): (bool, Vec<Option<f64>>) = match self.table.values(&factor.name)? {
-            Values::Number(x) => (true, x.clone()),
-            Values::Text(words) => {
-                let mut known: Vec<&String> = words.iter().flatten().collect();
-                known.sort();
-                known.dedup();
-                let place = |word: &String| known.binary_search(&word).ok().map(|p| p as f64);
-                (
-                    false,
-                    words
-                        .iter()
-                        .map(|word| word.as_ref().and_then(place))
-                        .collect(),
-                )
-            }
-            _ => bail!("factor `{}` holds neither numbers nor words", factor.name),
-        };
-        let both = x
-            .iter()
-            .zip(y)
-            .filter_map(|(x, y)| Some(((*x)?, (*y).filter(|y| y.is_finite())?)));
-        let (x, y) = both.unzip();
-        Ok(Pairs { numeric, x, y })
-    }
-}
-
-/// Values of an outcome.
-pub(super) struct Sample {
-    /// From the smallest to the largest.
-    ordered: Vec<f64>,
-    /// Of how many draws they are.
-    draws: usize,
-}
-
-impl Sample {
-    pub(super) fn quantile(&self, q: f64) -> Option<Estimate> {
-        quantile(&self.ordered, self.draws, q)
-    }
-}
-
-struct Pairs {
-    numeric: bool,
-    x: Vec<f64>,
-    y: Vec<f64>,
 }
 
 /// Sums a campaign up; `place` is named in the commands that run a row again.

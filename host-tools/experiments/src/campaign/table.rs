@@ -1,44 +1,12 @@
 //! Rows as a table: conditions, outcomes, success.
 
 use super::bench::Bench;
+use super::columns::{BINARY, INDEX, PLAN, SUCCESS};
 use super::outcome::{NUMBERS, Outcome, Status};
 use super::plan::{Conditions, Plan};
 use super::setting;
 use serde_json::Value;
 use softdock_io::data_table::{DataColumn, DataTable, Values};
-
-/// Name of the column with the index.
-pub const INDEX: &str = "index";
-/// Name of the column that says whether a run kept its limits.
-pub const SUCCESS: &str = "success";
-/// Metadata: hash of the plan, and the program.
-pub const PLAN: &str = "softdock.plan";
-/// See [`PLAN`].
-pub const BINARY: &str = "softdock.binary";
-
-/// Columns beside factors and numeric outcomes.
-const OTHERS: [&str; 13] = [
-    INDEX,
-    "seed",
-    "status",
-    "reason",
-    SUCCESS,
-    "captured",
-    "impacts",
-    "cycles",
-    "fault",
-    "final_mode",
-    "hidden",
-    "said",
-    "right",
-];
-
-/// Names that no factor can have.
-pub(super) fn own_columns() -> impl Iterator<Item = &'static str> {
-    OTHERS
-        .into_iter()
-        .chain(NUMBERS.iter().map(|number| number.name))
-}
 
 /// Whether a run is a success: it went to its end without a fault, and kept every limit.
 pub fn is_success(plan: &Plan, outcome: &Outcome) -> bool {

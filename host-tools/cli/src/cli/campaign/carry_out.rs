@@ -6,9 +6,10 @@ use anyhow::{Result, ensure};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
+use softdock_experiments::campaign::carry_out;
 use softdock_experiments::campaign::place::Place;
 use softdock_experiments::campaign::plan::Plan;
-use softdock_experiments::campaign::shard::{self, Shard};
+use softdock_experiments::campaign::shard::Shard;
 use softdock_io::shell::quoted;
 use std::path::PathBuf;
 use std::thread::available_parallelism;
@@ -68,7 +69,7 @@ impl Run {
             bar.set_style(style);
         }
         let begin = Instant::now();
-        let done = shard::run(&plan, &place, self.shard, threads as usize, &stop, &|| {
+        let done = carry_out::run(&plan, &place, self.shard, threads as usize, &stop, &|| {
             bar.inc(1);
         });
         bar.finish_and_clear();

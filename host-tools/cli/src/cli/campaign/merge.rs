@@ -5,12 +5,13 @@ use crate::cli::{print, print_json};
 use anyhow::{Result, ensure};
 use clap::Args;
 use serde::Serialize;
+use softdock_experiments::campaign::carry_out::{failed, own_files};
 use softdock_experiments::campaign::merge::merge;
+use softdock_experiments::campaign::page;
 use softdock_experiments::campaign::place::Place;
 use softdock_experiments::campaign::plan::Plan;
-use softdock_experiments::campaign::shard::own_files;
-use softdock_experiments::campaign::summary::{Results, Summary, summary};
-use softdock_experiments::campaign::{page, status};
+use softdock_experiments::campaign::results::Results;
+use softdock_experiments::campaign::summary::{Summary, summary};
 use softdock_io::input::refuse_overwrite_of;
 use softdock_io::output::write_whole;
 use std::path::PathBuf;
@@ -98,7 +99,7 @@ impl Merge {
         let merged = Merged {
             files: files.map(|file| file.display().to_string()).collect(),
             rows: plan.rows(),
-            failed: status::failed(&table)?,
+            failed: failed(&table)?,
             summary,
         };
         if self.json {

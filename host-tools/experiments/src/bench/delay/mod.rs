@@ -9,6 +9,7 @@ pub mod case;
 pub mod cases;
 pub mod ideal;
 pub mod limits;
+mod marks;
 pub mod measure;
 pub mod page;
 pub mod ranking;

@@ -1,8 +1,8 @@
 //! Which law is best: one line per law, the best first.
 
+use super::marks::{ADDED, BAD, HEADLINE, MARKS, judged, judged_momentum};
 use super::measure::Ending;
 use super::row::Row;
-use super::tables::{ADDED, BAD, HEADLINE, MARKS, judged, judged_momentum};
 use softdock_control::delay::LawName;
 use softdock_report::{Cell, Column, Format, Table};
 

@@ -1,27 +1,16 @@
 //! The tables of the benchmark, for the terminal and the page.
 
+use super::marks::{ADDED, HEADLINE, judged, judged_momentum};
 use super::measure::Ending;
 use super::ranking::{self, sentence, standings};
 use super::row::Row;
 use softdock_control::delay::LawName;
 use softdock_report::{Cell, Column, Format, Mark, Table};
 
-/// A restitution within this of the ideal one is good.
-const GOOD: f64 = 0.005;
-/// One that is off by more than this is bad.
-pub(super) const BAD: f64 = 0.05;
-/// Part of the rebound's momentum that a law may add without a star.
-pub(super) const ADDED: f64 = 0.01;
 /// What the star means.
 pub const STAR: &str = "* the law moved the model by more than measured force: over 1 % of 2 m v0";
-/// What the marks mean.
-pub const MARKS: &str =
-    "✓ within 0.5 % of the ideal test, · within 5 %, ✗ further off; momentum: ✓ to 2 %";
 /// Sweeps of which mean and spread are shown.
 const SPREAD: [&str; 3] = ["noise", "jitter", "perturbed"];
-/// Name of the cases of the headline.
-pub(super) const HEADLINE: &str = "headline";
-
 /// The verdict and the tables for the terminal, the best law first.
 pub fn terminal(rows: &[Row], laws: &[LawName]) -> String {
     let all: Vec<&Row> = rows.iter().collect();
@@ -258,23 +247,4 @@ fn restitution(row: &Row) -> Cell {
         judged(row.restitution_error().abs())
     };
     Cell::text(text).marked(mark)
-}
-
-/// Judges momentum that no measured force accounts for.
-pub(super) fn judged_momentum(added: f64) -> Mark {
-    if added <= 2.0 * ADDED {
-        Mark::Good
-    } else {
-        Mark::Bad
-    }
-}
-
-pub(super) fn judged(error: f64) -> Mark {
-    if error <= GOOD {
-        Mark::Good
-    } else if error <= BAD {
-        Mark::Neutral
-    } else {
-        Mark::Bad
-    }
 }

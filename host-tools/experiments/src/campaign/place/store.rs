@@ -2,7 +2,7 @@
 //!
 //! A part is put whole or not at all, and only where there is none: stores promise that of a conditional put.
 
-use crate::campaign::plan::checksum;
+use crate::campaign::checksum::checksum;
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use object_store::local::LocalFileSystem;
 use object_store::path::Path as ObjectPath;
