@@ -1,8 +1,26 @@
 //! The linear stages: lags and a mode, exact for an input that is constant over a segment.
 
 use super::chain::{Chain, Resonance};
-use super::nonlinear::Moved;
 use nalgebra::{SMatrix, SVector};
+
+/// Velocity over a part of a cycle.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moved {
+    /// Mean.
+    pub mean: f64,
+    /// At its end.
+    pub end: f64,
+}
+
+impl Moved {
+    /// The same throughout.
+    pub(super) fn constant(velocity: f64) -> Self {
+        Self {
+            mean: velocity,
+            end: velocity,
+        }
+    }
+}
 
 /// Lag, extra lag and resonance, with what they do in times that occur over and over.
 #[derive(Clone)]

@@ -1,7 +1,8 @@
 //! A moving axis: drive, pause and lost motion, part by part or a segment at once.
 
 use super::chain::Chain;
-use super::nonlinear::{Backlash, Drive, Moved, PauseGate};
+use super::linear::Moved;
+use super::nonlinear::{Backlash, Drive, PauseGate};
 
 /// The axis between two cycles.
 pub(super) struct Moving {

@@ -1,26 +1,7 @@
 //! Stages that are not linear: limits, the pause at a zero crossing, lost motion.
 
 use super::chain::{Chain, Limits, PauseKind, PauseTrigger};
-use super::linear::LinearStages;
-
-/// Velocity over a part of a cycle.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Moved {
-    /// Mean.
-    pub mean: f64,
-    /// At its end.
-    pub end: f64,
-}
-
-impl Moved {
-    /// The same throughout.
-    pub(super) fn constant(velocity: f64) -> Self {
-        Self {
-            mean: velocity,
-            end: velocity,
-        }
-    }
-}
+use super::linear::{LinearStages, Moved};
 
 /// Limits of acceleration and velocity, then of jerk.
 #[derive(Clone)]

@@ -5,7 +5,7 @@
 
 use super::axis::LARGEST;
 use super::canvas::{Canvas, SCALE, Spot, units};
-use super::plot::Frame;
+use super::frame::Frame;
 use super::theme::{Hue, Paint};
 use anyhow::Result;
 use plotters::style::{Color, ShapeStyle};

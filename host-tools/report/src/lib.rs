@@ -27,6 +27,7 @@ mod axis;
 mod canvas;
 mod charts;
 mod curve;
+mod frame;
 mod legend;
 pub mod number;
 mod page;

@@ -1,8 +1,9 @@
 //! A plot of curves over one axis, with shaded windows behind them, drawn as SVG.
 
 use super::axis::{self, Axis};
-use super::canvas::{self, Canvas, FONT_PX, SCALE, Spot, WIDTH_PX, hairline, label_font, units};
+use super::canvas::{self, Canvas, FONT_PX, SCALE, WIDTH_PX, hairline, label_font, units};
 use super::curve::{Series, Style};
+use super::frame::Frame;
 use super::legend::{Legend, Sample};
 use super::text;
 use super::theme::{Hue, Paint};
@@ -87,25 +88,6 @@ struct Windows<'a> {
     label: &'a str,
     tint: Hue,
     spans: Vec<(f64, f64)>,
-}
-
-/// The two axes and the place of the frame between them, in drawing units.
-pub(super) struct Frame {
-    x: Axis,
-    y: Axis,
-    columns: Range<i32>,
-    rows: Range<i32>,
-}
-
-impl Frame {
-    /// Where a point of the data stands.
-    pub(super) fn at(&self, (x, y): (f64, f64)) -> Spot {
-        let along = |part: f64, pixels: &Range<i32>| part * f64::from(pixels.end - pixels.start);
-        (
-            self.columns.start + along(self.x.part(x), &self.columns).round() as i32,
-            self.rows.end - along(self.y.part(y), &self.rows).round() as i32,
-        )
-    }
 }
 
 impl Plot {

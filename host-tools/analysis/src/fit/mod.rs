@@ -18,12 +18,14 @@ mod least_squares;
 pub(crate) mod logs;
 mod nominal;
 mod parameter;
+mod parameter_id;
 mod residual;
 pub(crate) mod same_rig;
 mod sandwich;
 
 pub use logs::Logs;
-pub use parameter::{Parameter, ParameterId};
+pub use parameter::Parameter;
+pub use parameter_id::ParameterId;
 
 use anyhow::ensure;
 use determined::Doubt;

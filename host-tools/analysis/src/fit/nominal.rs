@@ -1,6 +1,6 @@
 //! The nominal parameters of a model, each with its tolerance.
 
-use super::parameter::{ParameterId, Spacecraft};
+use super::parameter_id::{ParameterId, Spacecraft};
 use softdock_physics::model::docking::numbers;
 use softdock_physics::model::{
     BodyModel, GuideModel, Model, SensorModel, ToleranceModel, ToolModel, WallModel,

@@ -1,6 +1,7 @@
 //! The page that teaches an effect, for the terminal and as a report.
 
 use super::picture::Picture;
+use super::terminal;
 use anyhow::Result;
 use softdock_io::identity;
 use softdock_physics::effects::{Effect, Naming, Parameter, by_id};
@@ -20,7 +21,7 @@ pub fn lesson(effect: &Effect, picture: &Picture) -> String {
         text += &format!("\n{heading}\n{}", wrapped(&body));
         if heading == SIGNATURE {
             let shown = format!("Shown here: {}.", picture.excitation.describe());
-            text += &format!("\n{}\n{}", wrapped(&shown), picture.to_text());
+            text += &format!("\n{}\n{}", wrapped(&shown), terminal::draw(picture));
         }
     }
     text += &format!("\nParameters\n{}", parameters(effect));

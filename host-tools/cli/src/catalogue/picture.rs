@@ -2,7 +2,6 @@
 
 use super::excitation::Excitation;
 use super::size::Size;
-use super::terminal;
 use softdock_physics::effects::Effect;
 use softdock_report::{Hue, Plot, Series};
 
@@ -55,10 +54,5 @@ impl Picture {
             Series::line(format!("with {}", self.size), self.with.clone()).colored(Hue::Vermilion),
         ];
         plot
-    }
-
-    /// The picture in characters, lines of at most 80 columns, each ended by a line break.
-    pub fn to_text(&self) -> String {
-        terminal::draw(self)
     }
 }

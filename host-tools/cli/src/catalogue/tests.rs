@@ -32,7 +32,7 @@ fn every_effect_is_seen_in_its_picture() {
 fn every_picture_can_be_drawn_and_fits_a_terminal() {
     for effect in CATALOGUE {
         let picture = picture(effect).unwrap();
-        let text = picture.to_text();
+        let text = terminal::draw(&picture);
         for line in text.lines() {
             assert!(line.chars().count() <= 80, "{}: {line}", effect.id);
         }

@@ -1,8 +1,9 @@
 //! Which pose is missing, in words.
 
-use super::equations::{Group, Observation, Unknowns};
+use super::equations::Unknowns;
 use super::gravity::Gravity;
 use super::least_squares::{Determined, determined};
+use super::observation::{Group, Observation};
 use super::{WORST_CONDITION, source};
 use anyhow::{Result, ensure};
 use nalgebra::{Matrix3, SymmetricEigen, UnitQuaternion, Vector3};

@@ -1,10 +1,23 @@
 //! A zero that wanders while the poses are taken: no tool explains it, and no interval knows of it.
 
-use super::equations::{Group, Unknowns};
+use super::equations::Unknowns;
 use super::least_squares::{Drift, Solution, drifts};
-use super::outcome::Residual;
+use super::observation::Group;
 use softdock_report::number;
 use softdock_statistics::autocorrelation;
+
+/// What is left of one observation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Residual {
+    /// Time, s.
+    pub time_s: f64,
+    /// Number of the pose, if it is one.
+    pub pose: Option<usize>,
+    /// Whether it was used.
+    pub used: bool,
+    /// Three forces (N), three torques (N·m).
+    pub wrench: [f64; 6],
+}
 
 /// Poses from which on a zero that wanders any way can be told from chance; one that drifts straight can with any that suffice.
 const FEWEST: usize = 12;

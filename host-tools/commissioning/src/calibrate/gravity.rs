@@ -1,6 +1,6 @@
 //! The direction of gravity in C, where it is known or has to be found.
 
-use super::equations::Group;
+use super::observation::Group;
 use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
 
 /// Gravity in C.

@@ -1,7 +1,8 @@
 //! Least squares with one noise of the forces and one of the torques, both taken from what is left.
 
-use super::equations::{AT_REST, BIAS, Group, MASS, MOMENT, Observation, Unknowns};
+use super::equations::{AT_REST, BIAS, MASS, MOMENT, Unknowns};
 use super::gravity::Gravity;
+use super::observation::{Group, Observation};
 use nalgebra::{DMatrix, DVector};
 use softdock_statistics::f_p;
 use std::borrow::Borrow;

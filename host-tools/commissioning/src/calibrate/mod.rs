@@ -24,6 +24,7 @@ mod gravity;
 mod least_squares;
 pub mod live;
 mod motion;
+mod observation;
 mod outcome;
 mod outliers;
 pub mod plan;
@@ -34,15 +35,17 @@ mod tables;
 #[cfg(test)]
 mod tests;
 
-pub use outcome::{Calibration, Intervals, LeftOut, Residual};
+pub use drift::Residual;
+pub use outcome::{Calibration, Intervals, LeftOut};
 pub use standstill::rests;
 
 use anyhow::{Result, bail, ensure};
-use equations::{Group, Unknowns};
+use equations::Unknowns;
 use gravity::Gravity;
 use least_squares::{Solution, solve};
 use motion::Stretch;
 use nalgebra::Vector3;
+use observation::Group;
 use softdock_physics::optimise::lowest_valley;
 use source::{Mounting, Reading};
 

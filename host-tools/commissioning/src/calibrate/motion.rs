@@ -4,7 +4,7 @@
 //! zero-phase low-pass, so that nothing is shifted between them and the noise of the differences
 //! stays small. The pose may be older than the wrench by a latency of the robot's measurement.
 
-use super::equations::{Group, Observation};
+use super::observation::{Group, Observation};
 use super::source::{Mounting, Reading};
 use anyhow::{Result, ensure};
 use nalgebra::{Vector3, Vector6};

@@ -1,8 +1,9 @@
 //! The answer of a calibration.
 
-use super::drift;
-use super::equations::{AT_REST, BIAS, Group, INERTIA, MASS, MOMENT, Observation, Unknowns};
+use super::drift::{self, Residual};
+use super::equations::{AT_REST, BIAS, INERTIA, MASS, MOMENT, Unknowns};
 use super::least_squares::Solution;
+use super::observation::{Group, Observation};
 use super::source::{Mounting, Reading};
 use super::standstill;
 use anyhow::{Result, bail};
@@ -90,19 +91,6 @@ pub struct LeftOut {
     pub force_n: f64,
     /// What is left of its torque, N·m.
     pub torque_n_m: f64,
-}
-
-/// What is left of one observation.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Residual {
-    /// Time, s.
-    pub time_s: f64,
-    /// Number of the pose, if it is one.
-    pub pose: Option<usize>,
-    /// Whether it was used.
-    pub used: bool,
-    /// Three forces (N), three torques (N·m).
-    pub wrench: [f64; 6],
 }
 
 impl LeftOut {

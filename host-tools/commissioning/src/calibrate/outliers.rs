@@ -4,9 +4,10 @@
 //! two thirds on, groups are taken in while they are what the fit so far predicts (forward search,
 //! Atkeson and Riani 2000); those that are left are outliers.
 
-use super::equations::{Group, Unknowns};
+use super::equations::Unknowns;
 use super::gravity::Gravity;
 use super::least_squares::{Solution, solve, solve_weighted};
+use super::observation::Group;
 use anyhow::{Result, bail};
 use nalgebra::{DMatrix, DVector};
 use softdock_statistics::{f_p, median};

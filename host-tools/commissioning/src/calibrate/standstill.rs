@@ -1,6 +1,6 @@
 //! Poses at rest: found by themselves in a recording, each with the mean of its readings.
 
-use super::equations::{Group, Observation};
+use super::observation::{Group, Observation};
 use super::source::{Mounting, Reading};
 use anyhow::{Result, ensure};
 use nalgebra::UnitQuaternion;

@@ -1,8 +1,9 @@
 //! Calibrations whose answer is known: the readings are made with the board's own compensation.
 
-use super::equations::{Group, Unknowns};
+use super::equations::Unknowns;
 use super::gravity::Gravity;
 use super::least_squares::{drifts, solve};
+use super::observation::Group;
 use super::source::{Mounting, Reading};
 use super::standstill::groups;
 use super::{Ask, Calibration, calibrate};

@@ -21,6 +21,7 @@ mod columns;
 mod csv_files;
 mod difference;
 mod field;
+mod file_format;
 mod mcap_file;
 mod numbers;
 mod outline;

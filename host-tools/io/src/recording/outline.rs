@@ -52,7 +52,13 @@ impl Outline {
             Ok(enough.then_some(McapError::UnexpectedEof))
         })
         .ok()?;
-        loader.outline(&summary)
+        let (header, cut, cycles, duration_s) = loader.outline(&summary)?;
+        Some(Self {
+            header,
+            cut,
+            cycles,
+            duration_s,
+        })
     }
 }
 

@@ -5,11 +5,10 @@
 
 use super::again::{Again, Rounded};
 use super::cdr::Decoder;
-use super::outline::Outline;
+use super::file_format::{MESSAGE_ENCODING, NS_PER_S, SCHEMA_ENCODING};
 use super::schema::{declarations, ros2msg, ros2msg_of_arrays};
 use super::table::{self, TableReader};
 use super::topics::{Form, Row, Topic};
-use super::writer::{MESSAGE_ENCODING, NS_PER_S, SCHEMA_ENCODING};
 use super::{FORMAT, Header, METADATA, OWN_PROFILE, PROFILE, Recording, WALL_CLOCK, WallClock};
 use crate::identity;
 use anyhow::{Context, bail, ensure};
@@ -380,8 +379,12 @@ impl Loader {
         format!("`{}`", name.unwrap_or("the next cycle"))
     }
 
-    /// What the file's summary says of its cycles, each of which has a message of every topic.
-    pub(super) fn outline(mut self, summary: &Summary) -> Option<Outline> {
+    /// What the file's summary says of its cycles, each of which has a message of every topic: the header, why the file ended early,
+    /// how many there are, and their duration, s.
+    pub(super) fn outline(
+        mut self,
+        summary: &Summary,
+    ) -> Option<(Header, Option<String>, usize, f64)> {
         let statistics = summary.stats.as_ref()?;
         let mut counts = BTreeSet::new();
         for (id, channel) in &summary.channels {
@@ -410,12 +413,11 @@ impl Loader {
         let length_ns = statistics
             .message_end_time
             .checked_sub(statistics.message_start_time)?;
-        counts.is_empty().then_some(Outline {
-            header: self.header?,
-            cut: self.recording.cut,
-            cycles: usize::try_from(cycles).ok()?,
-            duration_s: length_ns as f64 / NS_PER_S,
-        })
+        let cycles = usize::try_from(cycles).ok()?;
+        let duration_s = length_ns as f64 / NS_PER_S;
+        counts
+            .is_empty()
+            .then_some((self.header?, self.recording.cut, cycles, duration_s))
     }
 
     fn finish(mut self, end: Option<Broken>, length: u64) -> anyhow::Result<Recording> {

@@ -8,11 +8,13 @@
 
 use super::cdr::{CdrError, Decoder, Encoder};
 use super::field::{EachNumber, Field, Number, Visitor, Words};
+use super::file_format::{
+    LIBRARY, MESSAGE_ENCODING, NS_PER_S, QOS, SCHEMA_ENCODING, channel_metadata, metadata,
+};
 use super::schema::{Described, declarations, describe_column, fields};
 use super::text::{CellReader, CellWriter, columns};
 use super::topics::{Row, Topic};
-use super::writer::{self, MESSAGE_ENCODING, NS_PER_S, SCHEMA_ENCODING};
-use super::{PROFILE, Recording, ros2};
+use super::{PROFILE, Recording};
 use anyhow::{Context, bail, ensure};
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
@@ -264,7 +266,7 @@ impl TableTopic {
         mcap: &mut mcap::Writer<W>,
     ) -> anyhow::Result<u16> {
         let schema = mcap.add_schema(SCHEMA, SCHEMA_ENCODING, self.layout.ros2msg().as_bytes())?;
-        let mut metadata = ros2::channel_metadata();
+        let mut metadata = channel_metadata();
         metadata.extend(self.constants.clone());
         Ok(mcap.add_channel(schema, TOPIC, MESSAGE_ENCODING, &metadata)?)
     }
@@ -283,16 +285,13 @@ pub(super) fn write<W: Write>(recording: &Recording, sink: W) -> anyhow::Result<
         .compression_level(LEVEL)
         .compression_threads(0)
         .profile(PROFILE)
-        .library(writer::LIBRARY)
+        .library(LIBRARY)
         .chunk_size(None)
         .disable_seeking(true)
         .emit_message_indexes(false)
         .emit_chunk_indexes(false)
         .create(NoSeek::new(sink))?;
-    mcap.write_metadata(&writer::metadata(
-        &recording.header,
-        recording.cut.as_deref(),
-    ))?;
+    mcap.write_metadata(&metadata(&recording.header, recording.cut.as_deref()))?;
     if let Some(clock) = &recording.wall_clock {
         mcap.write_metadata(&clock.metadata())?;
     }
@@ -331,7 +330,7 @@ impl TableReader {
     /// Reads schema and metadata of the channel; what in it is not ROS 2's are constants.
     pub(super) fn new(schema: &str, metadata: &BTreeMap<String, String>) -> anyhow::Result<Self> {
         let mut constants = metadata.clone();
-        constants.remove(ros2::QOS);
+        constants.remove(QOS);
         let declared = schema.lines().filter(|line| !line.starts_with('#'));
         let columns: BTreeSet<&str> = declared
             .filter_map(|line| line.split_once(' ').map(|(_, name)| name))

@@ -3,7 +3,7 @@
 //! (A run in virtual time has no such instant.)
 
 use super::RecordingWriter;
-use super::writer::NS_PER_S;
+use super::file_format::NS_PER_S;
 use mcap::records::Metadata;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

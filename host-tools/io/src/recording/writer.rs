@@ -5,10 +5,11 @@
 
 use super::again::checksum;
 use super::cdr::Encoder;
+use super::file_format::{LIBRARY, MESSAGE_ENCODING, SCHEMA_ENCODING, channel_metadata, metadata};
 use super::mcap_file::{McapFile, Stamp};
 use super::schema::ros2msg;
 use super::topics::{Form, Row, Topic};
-use super::{FORMAT, Header, METADATA, PROFILE, Recording, TruthRecord, WallClock, ros2, table};
+use super::{Header, PROFILE, Recording, TruthRecord, WallClock, table};
 use crate::output::{cannot_write, write_whole_with};
 use anyhow::ensure;
 use mcap::records::{Channel, Metadata};
@@ -24,12 +25,6 @@ pub(super) const CHUNK_CYCLES: u32 = 64;
 /// the ninth level leaves 5 % less in seven times the time, the 19th 12 % less in 300 times. Messages grouped by topic are 2 %
 /// smaller in motion, 8 % larger at rest; grouped, at the 19th level, in chunks of 1024 cycles they are a quarter smaller.
 const LEVEL: i32 = 1;
-
-/// Nanoseconds in a second: the unit of time in MCAP.
-pub(super) const NS_PER_S: f64 = 1e9;
-
-/// The program as the file's header names it.
-pub(super) const LIBRARY: &str = concat!("softdock ", env!("CARGO_PKG_VERSION"));
 
 /// Writes cycles one by one.
 ///
@@ -201,39 +196,12 @@ impl<W: Write> RecordingWriter<W> {
                 schema_id: 0,
                 topic: form.topic().name().to_owned(),
                 message_encoding: MESSAGE_ENCODING.to_owned(),
-                metadata: ros2::channel_metadata(),
+                metadata: channel_metadata(),
             };
             let id = self.mcap.add_channel(schema, channel)?;
             self.channels.push((form, id));
         }
         Ok(())
-    }
-}
-
-/// Encoding of the messages, as MCAP's registry calls it.
-pub(super) const MESSAGE_ENCODING: &str = "cdr";
-/// Encoding of the schemas, as MCAP's registry calls it.
-pub(super) const SCHEMA_ENCODING: &str = "ros2msg";
-
-/// The header as a metadata record of MCAP.
-pub(super) fn metadata(header: &Header, cut: Option<&str>) -> Metadata {
-    let turns = (header.whole_turns != 0).then(|| header.whole_turns.to_string());
-    let began = header
-        .began
-        .and_then(|began| serde_json::to_string(&began).ok());
-    let entries = [
-        ("format", Some(FORMAT)),
-        ("identity", Some(header.identity.as_str())),
-        ("settings", Some(header.settings_toml.as_str())),
-        ("scenario", header.scenario_toml.as_deref()),
-        ("whole_turns", turns.as_deref()),
-        ("began", began.as_deref()),
-        ("cut", cut),
-    ];
-    let entry = |(key, value): (&str, Option<&str>)| Some((key.to_owned(), value?.to_owned()));
-    Metadata {
-        name: METADATA.to_owned(),
-        metadata: entries.into_iter().filter_map(entry).collect(),
     }
 }
 

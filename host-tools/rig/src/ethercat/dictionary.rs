@@ -1,6 +1,6 @@
 //! The objects of a SubDevice (ETG.1000.6, 5.6.7; the sensor's: 0x2000 on).
 
-use super::subdevice::Description;
+use super::description::Description;
 use softdock_link::ethercat::Product;
 use std::collections::BTreeMap;
 

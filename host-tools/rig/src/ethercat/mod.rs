@@ -19,6 +19,7 @@
 
 mod controller;
 mod datagram;
+mod description;
 mod dictionary;
 mod mailbox;
 mod segment;
@@ -28,7 +29,8 @@ mod states;
 mod subdevice;
 pub mod wire;
 
+pub use description::Description;
 pub use segment::{Cable, Segment};
 pub use sensor::Measurement;
 pub use states::AlState;
-pub use subdevice::{Description, SubDevice};
+pub use subdevice::SubDevice;

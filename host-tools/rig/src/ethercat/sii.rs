@@ -1,6 +1,6 @@
 //! The EEPROM of a SubDevice (ETG.2010, ETG.1000.6 table 16 on).
 
-use super::subdevice::Description;
+use super::description::Description;
 
 /// Where the areas of the SyncManagers begin and how long they are; 0 is the mailbox in, 1 out.
 pub(super) const MAILBOX_BYTES: u16 = 128;

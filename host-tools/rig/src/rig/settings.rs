@@ -5,7 +5,7 @@
 //! to touch until a wall is given. Other noise, latency and faults are off until somebody asks for them,
 //! so that what differs is what was asked for.
 
-use super::hidden::Hidden;
+use super::hidden::effect::Hidden;
 use serde::{Deserialize, Serialize};
 use softdock_link::can::ati::AtiCalibration;
 use softdock_mechanism::DockingSettings;

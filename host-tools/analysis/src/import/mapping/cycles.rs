@@ -11,8 +11,7 @@
 
 use super::channels::Channels;
 use super::file::{Frame, Mapping};
-use super::shape::sample_time_s;
-use super::stamps::pieces;
+use super::times::{pieces, sample_time_s};
 use crate::import::summary::EXECUTED;
 use anyhow::ensure;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};

@@ -26,15 +26,17 @@ mod channels;
 mod column;
 mod cycles;
 mod file;
+mod read;
 mod shape;
 mod source;
 mod stamps;
+mod times;
 
 use super::checks::{self, Context as CheckContext};
 use super::starter::{Filtered, NoiseFloors, Told};
 use super::turns::{self, Turning};
 use anyhow::{Context, bail, ensure};
-use channels::{Channels, Rotation};
+use channels::Rotation;
 use file::{Mapping, Part, Split};
 use nalgebra::UnitQuaternion;
 use softdock_app::record::CycleRecord;
@@ -308,7 +310,7 @@ impl Importer<'_> {
         let at_rest = self.at_rest();
         let shaped = || -> anyhow::Result<_> {
             let rows = mapping.rows.of(part);
-            let mut channels = Channels::read(mapping, rows, source, &mut self.warnings)?;
+            let mut channels = read::read(mapping, rows, source, &mut self.warnings)?;
             if let Some(kept) = mapping.time.duplicates {
                 stamps::without_duplicates(&mut channels, kept, &said, &mut self.warnings);
             }
@@ -414,7 +416,7 @@ impl Importer<'_> {
             (0..cycles.len() as u64).collect()
         } else {
             let times: Vec<f64> = cycles.iter().map(|c| c.trace.time_s).collect();
-            stamps::cycle_numbers(&times)
+            times::cycle_numbers(&times)
         };
         for (cycle, number) in cycles.iter_mut().zip(numbers) {
             cycle.trace.cycle = number;

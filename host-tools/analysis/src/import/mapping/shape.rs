@@ -2,12 +2,12 @@
 
 use super::channels::{Channels, Rotation};
 use super::file::Filter;
-use super::stamps::pieces;
+use super::times::{pieces, sample_time_s};
 use crate::import::starter::NoiseFloors;
 use crate::import::turns::Angles;
-use anyhow::{bail, ensure};
+use anyhow::ensure;
 use softdock_report::number;
-use softdock_statistics::{LowPass, LowPassed, noise_let_through, sample_time};
+use softdock_statistics::{LowPass, LowPassed, noise_let_through};
 use std::f64::consts::PI;
 use std::ops::Range;
 
@@ -173,19 +173,6 @@ pub(super) fn largest_turn(channels: &Channels, kept: impl Fn(usize) -> bool) ->
         (0.0, 0.0),
         |most, turn| if turn.0 > most.0 { turn } else { most },
     )
-}
-
-/// Time from row to row, s: see [`sample_time`].
-///
-/// # Errors
-///
-/// Fewer than two rows, or a time that does not rise.
-pub(super) fn sample_time_s(times: &[f64]) -> anyhow::Result<f64> {
-    match sample_time(times.iter().copied()) {
-        Some(step) if step > 0.0 => Ok(step),
-        Some(step) => bail!("the time does not rise from row to row (median step {step} s)"),
-        None => bail!("expected at least two rows, received {}", times.len()),
-    }
 }
 
 /// Makes orientations ready to be filtered or interpolated: angles, if all of them are turns about one axis; a joint may turn fast, and

@@ -5,7 +5,8 @@
 
 use super::channels::Channels;
 use super::file::{Duplicates, Gaps, Resample, Time};
-use super::shape::{largest_turn, normalise, sample_time_s, unroll};
+use super::shape::{largest_turn, normalise, unroll};
+use super::times::{pieces, sample_time_s, split};
 use crate::import::checks::{GAP, ensure_rising};
 use crate::import::turns;
 use anyhow::{bail, ensure};
@@ -183,43 +184,6 @@ pub(super) fn regular(
         }
     }
     ensure_followed(channels, name)
-}
-
-/// Stretches of rows without a gap.
-pub(super) fn pieces(times: &[f64]) -> Vec<Range<usize>> {
-    match sample_time_s(times) {
-        Ok(median_s) => split(times, GAP * median_s),
-        Err(_) => std::iter::once(0..times.len()).collect(),
-    }
-}
-
-/// Numbers of the rows as cycles: one more from row to row, and as many as are missing in a gap.
-pub(super) fn cycle_numbers(times: &[f64]) -> Vec<u64> {
-    let median_s = sample_time_s(times).unwrap_or(f64::INFINITY);
-    let mut number = 0_u64;
-    let rest = times.windows(2).map(|pair| {
-        let cycles = (pair[1] - pair[0]) / median_s;
-        let step = if cycles > GAP {
-            (cycles.round() as u64).max(2)
-        } else {
-            1
-        };
-        // A gap may be as long as anybody writes it.
-        number = number.saturating_add(step);
-        number
-    });
-    std::iter::once(0).chain(rest).take(times.len()).collect()
-}
-
-fn split(times: &[f64], longest_s: f64) -> Vec<Range<usize>> {
-    let ends = (1..times.len()).filter(|n| times[*n] - times[n - 1] > longest_s);
-    let mut pieces = Vec::new();
-    let mut start = 0;
-    for end in ends.chain([times.len()]) {
-        pieces.push(start..end);
-        start = end;
-    }
-    pieces
 }
 
 /// Refuses steps of any length.

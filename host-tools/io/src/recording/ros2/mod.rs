@@ -15,11 +15,11 @@ mod messages;
 mod stamped;
 
 use super::cdr::Encoder;
+use super::file_format::{LIBRARY, MESSAGE_ENCODING, SCHEMA_ENCODING, channel_metadata, metadata};
 use super::numbers::NumbersTopic;
 use super::schema::ros2msg;
 use super::table::{self, TableTopic};
 use super::topics::{Form, Row, Topic};
-use super::writer::{self, MESSAGE_ENCODING, SCHEMA_ENCODING};
 use super::{PROFILE, Recording, TruthRecord, WallClock};
 use crate::data_table::DataTable;
 use crate::output::write_whole_with;
@@ -32,20 +32,11 @@ use mcap::write::NoSeek;
 use mcap::{Compression, WriteOptions};
 use softdock_app::record::CycleRecord;
 use stamped::Stamped;
-use std::collections::BTreeMap;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-/// Quality of service with which a topic was offered: what the profile of MCAP for ROS 2 wants of each channel.
-pub(super) const QOS: &str = "offered_qos_profiles";
-
 /// Cycles in a chunk: four seconds of 4 ms cycles.
 const CHUNK_CYCLES: usize = 1024;
-
-/// Metadata of a channel that no node has offered.
-pub(super) fn channel_metadata() -> BTreeMap<String, String> {
-    BTreeMap::from([(QOS.to_owned(), String::new())])
-}
 
 impl Recording {
     /// Writes the copy for viewers, with what a model predicts of each cycle where that is given: the table's first
@@ -92,7 +83,7 @@ impl<'a, W: Write> CopyWriter<'a, W> {
     fn new(sink: W, recording: &Recording, series: Option<&'a DataTable>) -> Result<Self> {
         let mut out = Output::new(sink)?;
         let (header, cut) = (&recording.header, recording.cut.as_deref());
-        out.mcap.write_metadata(&writer::metadata(header, cut))?;
+        out.mcap.write_metadata(&metadata(header, cut))?;
         if let Some(clock) = &recording.wall_clock {
             out.mcap.write_metadata(&clock.metadata())?;
         }
@@ -187,7 +178,7 @@ impl<W: Write> Output<W> {
             .compression(Some(Compression::Zstd))
             .compression_threads(0)
             .profile(PROFILE)
-            .library(writer::LIBRARY)
+            .library(LIBRARY)
             // Chunks end between two cycles.
             .chunk_size(None)
             .disable_seeking(true)

@@ -1,12 +1,11 @@
 //! What each kind of law does to the sensor's reading over a log.
 
-use super::effects::LoadEffect;
 use super::{Column, Scene, Touch};
 use crate::effects::formula::{ActsOn, Formula, Signals};
 use crate::effects::sensor::tool::{LoadMotion, ToolState};
 use crate::effects::{
     Actuator, Direction, Effect, Facing, Group, Guide, Lateness, Law, Penetration, Slide, Values,
-    sign,
+    by_id, sign,
 };
 use crate::model::{EffectModel, Model, WrenchMeaning};
 use nalgebra::{Matrix3, Vector3};
@@ -325,9 +324,8 @@ fn hanging(model: &Model) -> f64 {
         return model.tool.mass_kg;
     }
     let kilograms = |effect: &EffectModel| -> f64 {
-        let known = LoadEffect::find(model, &effect.id).map(|load| load.effect);
         let of_the_tool =
-            known.filter(|e| matches!(e.law, Law::Tool(_)) && e.group == Group::Sensor);
+            by_id(&effect.id).filter(|e| matches!(e.law, Law::Tool(_)) && e.group == Group::Sensor);
         let of_mass = of_the_tool
             .into_iter()
             .flat_map(|e| e.parameters)

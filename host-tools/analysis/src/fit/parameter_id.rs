@@ -1,0 +1,53 @@
+//! Where a parameter stands in a model.
+
+/// A spacecraft of the model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Spacecraft {
+    /// Moved by the robot.
+    K,
+    /// The other.
+    Q,
+}
+
+/// Where a parameter stands in a model; numbers are axes or places in a list.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ParameterId {
+    /// Transport delay.
+    TransportDelay,
+    /// Lag.
+    Lag,
+    /// Stiffness of a wall.
+    WallStiffness(usize),
+    /// Damping of a wall.
+    WallDamping(usize),
+    /// Position of a wall along its normal, as a shift.
+    WallPosition(usize),
+    /// Stiffness of the guide.
+    GuideStiffness,
+    /// Damping of the guide.
+    GuideDamping,
+    /// Centre line of the guide.
+    GuidePosition(usize),
+    /// A number of a docking mechanism, by its JSON pointer.
+    Docking(usize, String),
+    /// Place of a docking mechanism.
+    DockingPosition(usize, usize),
+    /// Mass of the tool.
+    ToolMass,
+    /// Centre of mass of the tool.
+    ToolCom(usize),
+    /// Diagonal element of the tool's inertia.
+    ToolInertia(usize),
+    /// Zero of the sensor.
+    Bias(usize),
+    /// Position of the sensor.
+    SensorPosition(usize),
+    /// Orientation of the sensor, as a turn.
+    SensorOrientation(usize),
+    /// Mass of a spacecraft.
+    BodyMass(Spacecraft),
+    /// Diagonal element of a spacecraft's inertia.
+    BodyInertia(Spacecraft, usize),
+    /// Parameter of an added effect: its place in the list, and its name.
+    Effect(usize, &'static str),
+}
