@@ -1,12 +1,8 @@
 //! Where the workbench listens, and who may ask there. Beyond this computer that is who knows a token: a browser
 //! brings it once in the address and keeps it as a cookie, a program sends it with each request.
 
-use super::problem::Problem;
-use super::server::Shared;
-use axum::extract::{Request, State};
 use axum::http::header::{AUTHORIZATION, COOKIE, HeaderMap, LOCATION, SET_COOKIE};
 use axum::http::{StatusCode, Uri};
-use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 use std::str::FromStr;
@@ -71,7 +67,7 @@ impl AccessToken {
         self.0.len() == other.len() && pairs.fold(0, |sum, (a, b)| sum | (a ^ b)) == 0
     }
 
-    fn is_sent(&self, headers: &HeaderMap, port: u16) -> bool {
+    pub(super) fn is_sent(&self, headers: &HeaderMap, port: u16) -> bool {
         let texts = |name| {
             let all = headers.get_all(name).iter();
             all.filter_map(|value| value.to_str().ok())
@@ -84,14 +80,14 @@ impl AccessToken {
     }
 
     /// The page is opened with the token in its address.
-    fn is_introduced(&self, asked: &Uri) -> bool {
+    pub(super) fn is_introduced(&self, asked: &Uri) -> bool {
         let mut pairs = asked.query().unwrap_or_default().split('&');
         asked.path() == "/"
             && pairs.any(|one| one.strip_prefix("token=").is_some_and(|t| self.is(t)))
     }
 
     /// Lets the browser keep it, and takes it out of the address.
-    fn kept(&self, port: u16) -> Response {
+    pub(super) fn kept(&self, port: u16) -> Response {
         let name = cookie_name(port);
         let cookie = format!("{name}={}; Path=/; HttpOnly; SameSite=Strict", self.0);
         (
@@ -105,21 +101,6 @@ impl AccessToken {
 /// Browsers share cookies among the ports of a computer.
 fn cookie_name(port: u16) -> String {
     format!("softdock_{port}")
-}
-
-/// Lets a request through, or says what is lacking.
-pub(super) async fn admit(State(bench): State<Shared>, request: Request, next: Next) -> Response {
-    match bench.reach.token() {
-        Some(token) if token.is_sent(request.headers(), bench.port) => next.run(request).await,
-        Some(token) if token.is_introduced(request.uri()) => token.kept(bench.port),
-        Some(_) => Problem::new(
-            StatusCode::UNAUTHORIZED,
-            "expected the token of `softdock workbench --token`: open the address that it printed, or send the header \
-             `authorization: Bearer TOKEN`",
-        )
-        .into_response(),
-        None => next.run(request).await,
-    }
 }
 
 #[cfg(test)]

@@ -5,15 +5,13 @@
 use super::files::fingerprint;
 use super::models::open;
 use super::problem::Problem;
-use super::server::{Shared, Workbench, work};
+use super::state::{Shared, Workbench, work};
 use axum::Json;
 use axum::extract::rejection::JsonRejection;
 use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
 use softdock_physics::model::edit::ModelFile;
-use std::collections::HashMap;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// What a change says.
 #[derive(Serialize)]
@@ -65,27 +63,6 @@ pub(super) async fn add(
         }))
     })
     .await
-}
-
-/// What each model file said before its last change by the page, and the fingerprint of what it said after.
-#[derive(Default)]
-pub(super) struct Before(Mutex<HashMap<String, [String; 2]>>);
-
-impl Before {
-    fn all(&self) -> MutexGuard<'_, HashMap<String, [String; 2]>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn keep(&self, id: &str, if_match: &str, text: &str) {
-        let pair = [if_match, text].map(str::to_owned);
-        self.all().insert(id.to_owned(), pair);
-    }
-
-    fn text(&self, id: &str, if_match: &str) -> Option<String> {
-        let all = self.all();
-        let [after, text] = all.get(id)?;
-        (after == if_match).then(|| text.clone())
-    }
 }
 
 /// Gives a file the text that it had before its last change by the page.

@@ -2,8 +2,8 @@
 
 use super::folder::{Folder, Found};
 use super::problem::Problem;
-use super::recordings::About;
 use anyhow::{Context, Result};
+use serde::Serialize;
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 use softdock_physics::model::prediction::{Prediction, predict};
@@ -14,6 +14,25 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// Cycles that are kept in memory beside those of the file that was read last; each takes about 2 kB.
 const KEPT_CYCLES: usize = 250_000;
+
+/// What a recording says, or why it cannot be read.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+pub(super) enum About {
+    Read {
+        cycles: usize,
+        duration_s: f64,
+        cycle_s: f64,
+        /// The same for recordings with the same settings of the board.
+        settings_hash: String,
+        firmware: String,
+        /// Why the file ended early.
+        truncated: Option<String>,
+    },
+    Broken {
+        error: String,
+    },
+}
 
 /// Recordings and predictions that were used last.
 #[derive(Default)]

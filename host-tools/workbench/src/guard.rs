@@ -7,7 +7,7 @@
 //! [`super::access`] asks for a token that no other site has.
 
 use super::problem::Problem;
-use super::server::Shared;
+use super::state::Shared;
 use axum::extract::{Request, State};
 use axum::http::header::{CONTENT_TYPE, HOST, HeaderMap, HeaderName, HeaderValue, ORIGIN};
 use axum::http::{Method, StatusCode};
@@ -48,6 +48,21 @@ pub(super) async fn guard(State(bench): State<Shared>, request: Request, next: N
             .or_insert(HeaderValue::from_static(value));
     }
     response
+}
+
+/// Lets through who knows the token, or says what is lacking.
+pub(super) async fn admit(State(bench): State<Shared>, request: Request, next: Next) -> Response {
+    match bench.reach.token() {
+        Some(token) if token.is_sent(request.headers(), bench.port) => next.run(request).await,
+        Some(token) if token.is_introduced(request.uri()) => token.kept(bench.port),
+        Some(_) => Problem::new(
+            StatusCode::UNAUTHORIZED,
+            "expected the token of `softdock workbench --token`: open the address that it printed, or send the header \
+             `authorization: Bearer TOKEN`",
+        )
+        .into_response(),
+        None => next.run(request).await,
+    }
 }
 
 fn allowed(

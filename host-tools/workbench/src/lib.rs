@@ -4,7 +4,7 @@
 //! listens on this computer alone, or asks for a token, and `guard` refuses what other pages in the browser might send.
 //! It starts, arms and moves no board.
 //!
-//! - `server` connects addresses with handlers, `guard` and `access` stand before all of them,
+//! - `state` is what all handlers share, `server` connects addresses with them, `guard` and `access` stand before all of them,
 //! - `folder` confines paths, `files` keeps what was read,
 //! - `recordings`, `models`, `scenarios`, `effects` answer at once; `jobs` says how far it is, and answers when it is done,
 //! - `live` shows what a running board sends,
@@ -12,6 +12,7 @@
 
 mod access;
 mod assets;
+mod before;
 mod change;
 mod connections;
 mod effects;
@@ -20,13 +21,15 @@ mod folder;
 mod guard;
 mod jobs;
 mod live;
+mod live_requests;
 mod models;
 mod problem;
 mod recordings;
 mod scenarios;
 mod server;
 mod session;
+mod state;
 
 pub use access::{AccessToken, Reach};
-pub use jobs::{Simulation, Simulator};
+pub use jobs::simulation::{Simulation, Simulator};
 pub use server::Server;

@@ -4,28 +4,18 @@
 //! A thread takes the datagrams and makes frames of them, some 25 per second. A page that is too slow for that
 //! misses frames, and is told how many; the board never waits.
 
-use crate::problem::Problem;
-use crate::server::{Shared, work};
-use axum::Json;
-use axum::extract::State;
-use axum::extract::rejection::JsonRejection;
-use axum::http::StatusCode;
-use axum::response::sse::{Event, KeepAlive, Sse};
-use futures_util::Stream;
-use futures_util::stream::unfold;
-use serde::{Deserialize, Serialize};
+use anyhow::Result;
+use serde::Serialize;
 use serde_json::{Value, json};
 use softdock_app::record::CycleRecord;
-use softdock_io::address::address as address_of;
 use softdock_io::telemetry::{Listener, Seen, Viewer};
 use softdock_link::service::Machine;
-use std::convert::Infallible;
 use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
-use tokio::sync::broadcast::{self, Receiver, Sender, error::RecvError};
+use tokio::sync::broadcast::{self, Receiver, Sender};
 
 /// Time from one frame to the next: smooth to the eye.
 const FRAME: Duration = Duration::from_millis(40);
@@ -70,50 +60,42 @@ impl Live {
         self.watch.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The address that is listened on.
-    pub(super) fn address(&self) -> Option<SocketAddr> {
-        self.watch().as_ref().map(|watch| watch.address)
-    }
-}
-
-/// Where the board sends to.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Address {
-    listen: String,
-}
-
-pub(super) async fn start(
-    State(bench): State<Shared>,
-    address: Result<Json<Address>, JsonRejection>,
-) -> Result<Json<Value>, Problem> {
-    let Json(Address { listen }) = address?;
-    let listen = address_of(&listen).map_err(anyhow::Error::msg)?;
-    work(move || {
-        let mut watch = bench.live.watch();
+    /// Listens to an address in the place of any other; answers with the one that it is.
+    ///
+    /// # Errors
+    ///
+    /// The address is not this computer's, or its port is taken.
+    pub(super) fn start(&self, listen: SocketAddr) -> Result<SocketAddr> {
+        let mut watch = self.watch();
         // Its port is free again for the same address.
         *watch = None;
         let listener = Listener::bind(listen)?;
         let address = listener.address();
         let stop = Arc::new(AtomicBool::new(false));
-        let (frames, raised) = (bench.live.frames.clone(), stop.clone());
+        let (frames, raised) = (self.frames.clone(), stop.clone());
         let thread = thread::spawn(move || listen_to(&listener, &frames, &raised));
         *watch = Some(Watch {
             address,
             stop,
             thread: Some(thread),
         });
-        Ok(Json(json!({ "listen": address })))
-    })
-    .await
-}
+        Ok(address)
+    }
 
-pub(super) async fn stop(State(bench): State<Shared>) -> Result<StatusCode, Problem> {
-    work(move || {
-        *bench.live.watch() = None;
-        Ok(StatusCode::NO_CONTENT)
-    })
-    .await
+    /// Listens no more.
+    pub(super) fn stop(&self) {
+        *self.watch() = None;
+    }
+
+    /// What comes from now on.
+    pub(super) fn frames(&self) -> Receiver<Arc<Value>> {
+        self.frames.subscribe()
+    }
+
+    /// The address that is listened on.
+    pub(super) fn address(&self) -> Option<SocketAddr> {
+        self.watch().as_ref().map(|watch| watch.address)
+    }
 }
 
 /// What is drawn of the cycles since the last frame, and what stands beside it.
@@ -218,26 +200,4 @@ fn listen_to(listener: &Listener, frames: &Sender<Arc<Value>>, stop: &AtomicBool
         let _ = frames.send(Arc::new(json!(frame)));
         frame = frame.next();
     }
-}
-
-pub(super) async fn frames(
-    State(bench): State<Shared>,
-) -> Sse<impl Stream<Item = Result<Event, Infallible>>> {
-    let stream = unfold(bench.live.frames.subscribe(), |frames| async {
-        let (event, frames) = next(frames).await?;
-        Some((Ok(event), frames))
-    });
-    Sse::new(stream).keep_alive(KeepAlive::default())
-}
-
-/// A frame, or how many were dropped.
-async fn next(mut frames: Receiver<Arc<Value>>) -> Option<(Event, Receiver<Arc<Value>>)> {
-    let event = match frames.recv().await {
-        Ok(frame) => Event::default().event("frame").data(frame.to_string()),
-        Err(RecvError::Lagged(dropped)) => {
-            Event::default().event("dropped").data(dropped.to_string())
-        }
-        Err(RecvError::Closed) => return None,
-    };
-    Some((event, frames))
 }

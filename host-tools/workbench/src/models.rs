@@ -3,7 +3,7 @@
 use super::files::fingerprint;
 use super::problem::Problem;
 use super::recordings::blob;
-use super::server::{Shared, Workbench, work};
+use super::state::{Shared, Workbench, work};
 use axum::Json;
 use axum::extract::rejection::{JsonRejection, QueryRejection};
 use axum::extract::{Path, Query, State};

@@ -1,9 +1,9 @@
 //! Recordings of the folder, and what was recorded as series of numbers.
 
-use super::files::fingerprint;
+use super::files::{About, fingerprint};
 use super::folder::Found;
 use super::problem::Problem;
-use super::server::{Shared, Workbench, work};
+use super::state::{Shared, Workbench, work};
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Path, Query, State};
@@ -24,51 +24,30 @@ pub(super) struct Listed {
     about: About,
 }
 
-/// What a recording says, or why it cannot be read.
-#[derive(Clone, Debug, Serialize)]
-#[serde(untagged)]
-pub(super) enum About {
-    Read {
-        cycles: usize,
-        duration_s: f64,
-        cycle_s: f64,
-        /// The same for recordings with the same settings of the board.
-        settings_hash: String,
-        firmware: String,
-        /// Why the file ended early.
-        truncated: Option<String>,
-    },
-    Broken {
-        error: String,
-    },
+/// From the ends of the file; one that was cut off is read up to there.
+fn about(bench: &Workbench, found: &Found) -> About {
+    let read = || {
+        let recording = bench.files.recording(&bench.folder, &found.id)?;
+        Ok(Outline::of(&recording))
+    };
+    let outline: Result<Outline, Problem> = Outline::read(&found.path).map_or_else(read, Ok);
+    match outline {
+        Ok(outline) => About::Read {
+            cycles: outline.cycles,
+            duration_s: outline.duration_s,
+            cycle_s: outline.duration_s / outline.cycles.saturating_sub(1).max(1) as f64,
+            settings_hash: fingerprint(&outline.header.settings_toml),
+            firmware: outline.header.identity,
+            truncated: outline.cut,
+        },
+        Err(problem) => broken(bench, problem),
+    }
 }
 
-impl About {
-    /// From the ends of the file; one that was cut off is read up to there.
-    fn of(bench: &Workbench, found: &Found) -> Self {
-        let read = || {
-            let recording = bench.files.recording(&bench.folder, &found.id)?;
-            Ok(Outline::of(&recording))
-        };
-        let outline: Result<Outline, Problem> = Outline::read(&found.path).map_or_else(read, Ok);
-        match outline {
-            Ok(outline) => Self::Read {
-                cycles: outline.cycles,
-                duration_s: outline.duration_s,
-                cycle_s: outline.duration_s / outline.cycles.saturating_sub(1).max(1) as f64,
-                settings_hash: fingerprint(&outline.header.settings_toml),
-                firmware: outline.header.identity,
-                truncated: outline.cut,
-            },
-            Err(problem) => Self::broken(bench, problem),
-        }
-    }
-
-    fn broken(bench: &Workbench, problem: Problem) -> Self {
-        let problem = problem.without(&bench.folder.prefix());
-        Self::Broken {
-            error: problem.sentence().to_owned(),
-        }
+fn broken(bench: &Workbench, problem: Problem) -> About {
+    let problem = problem.without(&bench.folder.prefix());
+    About::Broken {
+        error: problem.sentence().to_owned(),
     }
 }
 
@@ -81,9 +60,9 @@ pub(super) async fn list(State(bench): State<Shared>) -> Result<Json<Vec<Listed>
 }
 
 fn listed(bench: &Workbench, found: Found) -> Listed {
-    let about = bench.files.about(&found, || About::of(bench, &found));
+    let about = bench.files.about(&found, || about(bench, &found));
     Listed {
-        about: about.unwrap_or_else(|problem| About::broken(bench, problem)),
+        about: about.unwrap_or_else(|problem| broken(bench, problem)),
         id: found.id,
         bytes: found.bytes,
         when: found.changed_s,

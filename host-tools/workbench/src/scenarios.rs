@@ -1,7 +1,7 @@
 //! Scenarios of the folder, for runs on the simulated rig.
 
 use super::problem::Problem;
-use super::server::{Shared, work};
+use super::state::{Shared, work};
 use axum::Json;
 use axum::extract::State;
 use serde::Serialize;

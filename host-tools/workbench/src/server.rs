@@ -1,18 +1,21 @@
 //! The server: addresses, and what runs behind them.
 
-use super::access::{self, AccessToken, Reach};
-use super::change::Before;
-use super::connections::{self, Bounded, MOST, Work, Working};
+use super::access::{AccessToken, Reach};
+use super::before::Before;
+use super::connections::{self, Bounded, MOST, Working};
 use super::files::Files;
 use super::folder::Folder;
-use super::jobs::{Jobs, Simulator};
+use super::jobs::queue::Jobs;
+use super::jobs::simulation::Simulator;
 use super::live::Live;
 use super::problem::Problem;
-use super::{assets, change, effects, guard, jobs, live, models, recordings, scenarios, session};
+use super::state::{Shared, Workbench};
+use super::{
+    assets, change, effects, guard, jobs, live_requests, models, recordings, scenarios, session,
+};
 use anyhow::{Context, Result, anyhow};
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
-use axum::http::StatusCode;
 use axum::middleware::{from_fn, from_fn_with_state};
 use axum::routing::{get, post};
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
@@ -24,22 +27,6 @@ use tokio::sync::Semaphore;
 
 /// Largest body of a request, bytes.
 const LARGEST_BODY: usize = 64 << 10;
-
-/// What all handlers share.
-pub(super) struct Workbench {
-    pub(super) folder: Folder,
-    pub(super) files: Files,
-    pub(super) jobs: Jobs,
-    pub(super) before: Before,
-    pub(super) live: Live,
-    pub(super) simulator: Box<Simulator>,
-    pub(super) reach: Reach,
-    /// Only the page knows it.
-    pub(super) token: String,
-    pub(super) port: u16,
-}
-
-pub(super) type Shared = Arc<Workbench>;
 
 /// A workbench that is reachable, and not served yet.
 pub struct Server {
@@ -154,15 +141,15 @@ fn router(bench: Shared) -> Router {
         .route("/models/{id}/effects/{effect}/remove", post(change::remove))
         .route("/compare", post(models::compare))
         .route("/prediction", get(models::prediction))
-        .route("/check", post(jobs::check))
+        .route("/check", post(jobs::check::check))
         .route("/effects", get(effects::list))
         .route("/effects/{id}", get(effects::one))
         .route("/jobs", post(jobs::start))
         .route("/jobs/{id}", axum::routing::delete(jobs::cancel))
-        .route("/jobs/{id}/events", get(jobs::events))
-        .route("/live", get(live::frames))
-        .route("/live/start", post(live::start))
-        .route("/live/stop", post(live::stop))
+        .route("/jobs/{id}/events", get(jobs::events::events))
+        .route("/live", get(live_requests::frames))
+        .route("/live/start", post(live_requests::start))
+        .route("/live/stop", post(live_requests::stop))
         .route("/jobs/{id}/result", get(jobs::result));
     Router::new()
         .route("/", get(assets::index))
@@ -171,21 +158,7 @@ fn router(bench: Shared) -> Router {
         .fallback(async || Problem::not_found("there is nothing at this address"))
         .layer(DefaultBodyLimit::max(LARGEST_BODY))
         .layer(from_fn(connections::known))
-        .layer(from_fn_with_state(bench.clone(), access::admit))
+        .layer(from_fn_with_state(bench.clone(), guard::admit))
         .layer(from_fn_with_state(bench.clone(), guard::guard))
         .with_state(bench)
-}
-
-/// Does work that keeps a core busy, beside the requests of others.
-pub(super) async fn work<T: Send + 'static>(
-    does: impl FnOnce() -> Result<T, Problem> + Send + 'static,
-) -> Result<T, Problem> {
-    let _work = Work::begin();
-    let ended = tokio::task::spawn_blocking(does).await;
-    ended.unwrap_or_else(|_| {
-        Err(Problem::new(
-            StatusCode::INTERNAL_SERVER_ERROR,
-            "the question could not be answered: this is an error of softdock",
-        ))
-    })
 }

@@ -1,6 +1,6 @@
 //! What the page has to know first.
 
-use super::server::Shared;
+use super::state::Shared;
 use axum::Json;
 use axum::extract::State;
 use serde::Serialize;

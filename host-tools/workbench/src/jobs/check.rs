@@ -2,7 +2,7 @@
 
 use super::selection::Selection;
 use crate::problem::Problem;
-use crate::server::{Shared, work};
+use crate::state::{Shared, work};
 use axum::Json;
 use axum::extract::State;
 use axum::extract::rejection::JsonRejection;

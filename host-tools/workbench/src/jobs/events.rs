@@ -2,7 +2,7 @@
 
 use super::job::{Job, Told};
 use crate::problem::Problem;
-use crate::server::Shared;
+use crate::state::Shared;
 use axum::extract::{Path, State};
 use axum::http::HeaderMap;
 use axum::response::sse::{Event, KeepAlive, Sse};

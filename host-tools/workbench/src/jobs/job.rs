@@ -1,9 +1,10 @@
 //! One job: what it has told, and how it ends.
 
-use super::task::{Prepared, Task};
 use crate::problem::Problem;
+use anyhow::Result;
 use axum::http::StatusCode;
 use serde_json::{Value, json};
+use softdock_physics::model::Model;
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,6 +18,22 @@ pub(super) struct Told {
     pub(super) kind: &'static str,
     pub(super) value: Value,
 }
+
+/// What a job has for the model file.
+#[derive(Clone, Debug)]
+pub(crate) struct Prepared {
+    /// The file.
+    pub(crate) model_id: String,
+    /// Of the file that it was made for.
+    pub(crate) if_match: String,
+    /// What the file will say.
+    pub(crate) after: Model,
+    /// Why it should not be written.
+    pub(crate) doubt: Option<String>,
+}
+
+/// What a job does: it tells how far it is, and gives the document of the result and what can be written.
+pub(super) type Work = Box<dyn FnOnce(&Job) -> Result<(Value, Option<Prepared>)> + Send>;
 
 /// A job that waits, runs or has ended.
 pub(super) struct Job {
@@ -47,8 +64,8 @@ struct Cancelled;
 
 impl Job {
     /// Does the work; whatever happens in it, the job ends with a result or an error.
-    pub(super) fn run(&self, task: Task) {
-        let work = AssertUnwindSafe(|| task.run(self));
+    pub(super) fn run(&self, work: Work) {
+        let work = AssertUnwindSafe(|| work(self));
         let ended = catch_unwind(work).unwrap_or_else(|why| {
             Err(if why.is::<Cancelled>() {
                 anyhow::anyhow!("ended on request")

@@ -1,10 +1,9 @@
 //! A diagnosis, the fit of some effects, or the fit of all parameters. Each prepares a change of the model file.
 
-use super::job::Job;
+use super::job::{Job, Prepared};
 use super::selection::Selection;
-use super::task::Prepared;
 use crate::problem::Problem;
-use crate::server::Workbench;
+use crate::state::Workbench;
 use anyhow::Result;
 use axum::http::StatusCode;
 use serde::Serialize;

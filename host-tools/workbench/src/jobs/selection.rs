@@ -3,7 +3,7 @@
 use crate::files::fingerprint;
 use crate::models::open;
 use crate::problem::Problem;
-use crate::server::Workbench;
+use crate::state::Workbench;
 use anyhow::Result;
 use axum::http::StatusCode;
 use serde::Deserialize;

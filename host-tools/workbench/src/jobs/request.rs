@@ -1,15 +1,15 @@
-//! What a page asks for, and what does it.
+//! What a page asks for.
 
-use super::job::Job;
+use super::job::Work;
+use super::run::Run;
 use super::search::{Question, Search};
 use super::selection::Selection;
-use super::simulation::{Run, Simulation};
+use super::simulation::Simulation;
 use crate::problem::Problem;
-use crate::server::Shared;
-use anyhow::Result;
+use crate::state::Shared;
 use serde::Deserialize;
 use serde_json::Value;
-use softdock_physics::model::{Hypothesis, Model};
+use softdock_physics::model::Hypothesis;
 
 /// What a page asks for.
 #[derive(Clone, Debug, Deserialize)]
@@ -86,51 +86,27 @@ impl TryFrom<Posted> for Request {
     }
 }
 
-/// A request with its files.
-pub(super) enum Task {
-    Search(Box<Search>),
-    Run(Run),
-}
-
-/// What a job has for the model file.
-#[derive(Clone, Debug)]
-pub(crate) struct Prepared {
-    /// The file.
-    pub(crate) model_id: String,
-    /// Of the file that it was made for.
-    pub(crate) if_match: String,
-    /// What the file will say.
-    pub(crate) after: Model,
-    /// Why it should not be written.
-    pub(crate) doubt: Option<String>,
-}
-
-impl Task {
-    /// Opens the files of a request.
+impl Request {
+    /// Opens its files: the work that is left to do.
     ///
     /// # Errors
     ///
     /// Files that cannot be read, an unknown effect, a hypothesis that does not fit, recordings from
     /// which nothing can be concluded, or a recording that exists.
-    pub(super) fn new(bench: &Shared, request: Request) -> Result<Self, Problem> {
-        let (selection, question) = match request {
-            Request::Run(wish) => return Ok(Self::Run(Run::new(bench, wish)?)),
-            Request::Diagnose(selection) => (selection, Question::Diagnose),
-            Request::Fit(selection) => (selection, Question::Fit),
-            Request::Add(wanted) => (
+    pub(super) fn prepared(self, bench: &Shared) -> Result<Work, Problem> {
+        let (selection, question) = match self {
+            Self::Run(wish) => {
+                let run = Run::new(bench, wish)?;
+                return Ok(Box::new(move |job| Ok((run.run(job)?, None))));
+            }
+            Self::Diagnose(selection) => (selection, Question::Diagnose),
+            Self::Fit(selection) => (selection, Question::Fit),
+            Self::Add(wanted) => (
                 wanted.selection,
                 Question::effects(wanted.effect.map(Vec::from), wanted.hypothesis)?,
             ),
         };
         let search = Search::new(bench, selection, question)?;
-        Ok(Self::Search(Box::new(search)))
-    }
-
-    /// Does it: the document of the result, and what can be written.
-    pub(super) fn run(self, job: &Job) -> Result<(Value, Option<Prepared>)> {
-        match self {
-            Self::Search(search) => search.run(job),
-            Self::Run(run) => Ok((run.run(job)?, None)),
-        }
+        Ok(Box::new(move |job| search.run(job)))
     }
 }

@@ -1,0 +1,94 @@
+//! Jobs that wait, the one that runs, and those that have ended.
+
+use super::job::{Job, Prepared, Work};
+use crate::problem::Problem;
+use axum::http::StatusCode;
+use softdock_physics::model::Model;
+use std::collections::VecDeque;
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+
+/// Jobs that may wait.
+const QUEUE: usize = 8;
+/// Jobs whose results are kept.
+const KEPT: usize = 32;
+
+/// All jobs, in their order.
+pub(crate) struct Jobs {
+    queue: SyncSender<(Arc<Job>, Work)>,
+    list: Mutex<List>,
+}
+
+#[derive(Default)]
+struct List {
+    jobs: VecDeque<(u64, Arc<Job>)>,
+    last: u64,
+}
+
+impl Jobs {
+    /// Starts the thread that does them.
+    pub(crate) fn start() -> Self {
+        let (queue, waiting) = sync_channel(QUEUE);
+        thread::spawn(move || does(&waiting));
+        Self {
+            queue,
+            list: Mutex::default(),
+        }
+    }
+
+    fn list(&self) -> MutexGuard<'_, List> {
+        self.list.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(super) fn submit(&self, work: Work) -> Result<u64, Problem> {
+        let job = Arc::new(Job::default());
+        let mut list = self.list();
+        self.queue
+            .try_send((job.clone(), work))
+            .map_err(|error| match error {
+                TrySendError::Full(_) => Problem::new(
+                    StatusCode::TOO_MANY_REQUESTS,
+                    format!(
+                        "{QUEUE} jobs are waiting already; end one of them, or try again later"
+                    ),
+                ),
+                TrySendError::Disconnected(_) => Problem::new(
+                    StatusCode::INTERNAL_SERVER_ERROR,
+                    "no jobs are done any more: start the workbench again",
+                ),
+            })?;
+        list.last += 1;
+        let id = list.last;
+        list.jobs.push_back((id, job));
+        while list.jobs.len() > KEPT && list.jobs.front().is_some_and(|(_, job)| job.has_ended()) {
+            list.jobs.pop_front();
+        }
+        Ok(id)
+    }
+
+    pub(super) fn job(&self, id: u64) -> Result<Arc<Job>, Problem> {
+        let list = self.list();
+        let found = list.jobs.iter().find(|(own, _)| *own == id);
+        let missing = || Problem::not_found(format!("there is no job {id} (any more)"));
+        found.map(|(_, job)| job.clone()).ok_or_else(missing)
+    }
+
+    /// What a job has prepared for the model file.
+    pub(crate) fn prepared(&self, id: u64) -> Result<Prepared, Problem> {
+        let none = || Problem::not_found(format!("job {id} has found nothing to add"));
+        self.job(id)?.prepared().ok_or_else(none)
+    }
+
+    /// The model with what a job has found.
+    pub(crate) fn after(&self, id: u64) -> Result<Model, Problem> {
+        self.prepared(id).map(|prepared| prepared.after)
+    }
+}
+
+/// Does one job after the other, until the workbench ends.
+fn does(waiting: &Receiver<(Arc<Job>, Work)>) {
+    while let Ok((job, work)) = waiting.recv() {
+        job.run(work);
+    }
+}

@@ -1,0 +1,44 @@
+//! What all handlers share.
+
+use super::access::Reach;
+use super::before::Before;
+use super::connections::Work;
+use super::files::Files;
+use super::folder::Folder;
+use super::jobs::queue::Jobs;
+use super::jobs::simulation::Simulator;
+use super::live::Live;
+use super::problem::Problem;
+use axum::http::StatusCode;
+use std::sync::Arc;
+
+/// The workbench.
+pub(super) struct Workbench {
+    pub(super) folder: Folder,
+    pub(super) files: Files,
+    pub(super) jobs: Jobs,
+    pub(super) before: Before,
+    pub(super) live: Live,
+    pub(super) simulator: Box<Simulator>,
+    pub(super) reach: Reach,
+    /// Only the page knows it.
+    pub(super) token: String,
+    pub(super) port: u16,
+}
+
+/// As handlers get it.
+pub(super) type Shared = Arc<Workbench>;
+
+/// Does work that keeps a core busy, beside the requests of others.
+pub(super) async fn work<T: Send + 'static>(
+    does: impl FnOnce() -> Result<T, Problem> + Send + 'static,
+) -> Result<T, Problem> {
+    let _work = Work::begin();
+    let ended = tokio::task::spawn_blocking(does).await;
+    ended.unwrap_or_else(|_| {
+        Err(Problem::new(
+            StatusCode::INTERNAL_SERVER_ERROR,
+            "the question could not be answered: this is an error of softdock",
+        ))
+    })
+}
