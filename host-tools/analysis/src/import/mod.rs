@@ -8,6 +8,7 @@ pub mod model_text;
 pub mod starter;
 pub mod summary;
 pub mod table;
+pub mod table_error;
 mod turns;
 
 use softdock_io::recording::Recording;

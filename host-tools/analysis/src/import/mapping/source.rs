@@ -2,7 +2,8 @@
 
 use super::column::{Column, ColumnName, Quantity};
 use super::file::{Incomplete, Mapping};
-use crate::import::table::{Table, TableError, listed};
+use crate::import::table::{Table, listed};
+use crate::import::table_error::TableError;
 use anyhow::{Context, bail, ensure};
 use std::path::Path;
 

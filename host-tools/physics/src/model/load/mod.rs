@@ -1,18 +1,23 @@
 //! Everything that loads the sensor: contact, guide, weight and inertia of the tool, zero.
 
+mod column;
 mod docked;
 pub mod effects;
 mod guide;
 mod laws;
+pub mod loaded;
 mod scene;
+mod touch;
+mod turns;
 mod wall;
 
+pub use column::Column;
 pub use docked::Docked;
 pub use guide::Guide;
 pub use laws::{in_motion, nominal_tool};
-pub use scene::{
-    Column, Scene, Touch, angle_about, angles, count_turns, pose_of, positions, turned_since_first,
-};
+pub use scene::Scene;
+pub use touch::Touch;
+pub use turns::{angle_about, angles, count_turns, pose_of, positions, turned_since_first};
 pub use wall::Wall;
 
 use crate::effects::sensor::tool::{LoadMotion, Tool};

@@ -1,6 +1,9 @@
 //! A log's motion with everything that effects of the sensor's load depend on.
 
-use super::{Docked, LoadModel, Wall, tip_motion};
+use super::column::Column;
+use super::touch::Touch;
+use super::turns::{angle_about, angles, pose_of, positions};
+use super::{Docked, LoadModel, tip_motion};
 use crate::model::Model;
 use crate::model::prediction::signals::Step;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
@@ -9,155 +12,8 @@ use softdock_control::wrench::Motion;
 use softdock_io::recording::Beginning;
 use softdock_mechanism::DockingSettings;
 use std::borrow::Cow;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use std::sync::Arc;
-
-/// Six series, in the order fx fy fz tx ty tz. An empty one is zero throughout.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Column(pub [Vec<f64>; 6]);
-
-impl Column {
-    /// From a wrench for each cycle; series without any load are left empty.
-    pub fn of(count: usize, mut wrench: impl FnMut(usize) -> [f64; 6]) -> Self {
-        let mut column = Self(std::array::from_fn(|_| vec![0.0; count]));
-        let mut loaded = [false; 6];
-        for n in 0..count {
-            let values = wrench(n);
-            for axis in 0..6 {
-                column.0[axis][n] = values[axis];
-                loaded[axis] |= values[axis] != 0.0;
-            }
-        }
-        let empty = column.0.iter_mut().zip(loaded).filter(|(_, some)| !some);
-        empty.for_each(|(series, _)| series.clear());
-        column
-    }
-
-    /// On one axis.
-    pub fn on_axis(axis: usize, series: impl Iterator<Item = f64>) -> Self {
-        let mut column = Self::default();
-        let series: Vec<f64> = series.collect();
-        if series.iter().any(|v| *v != 0.0) {
-            column.0[axis] = series;
-        }
-        column
-    }
-
-    /// Value of an axis in a cycle.
-    pub fn at(&self, axis: usize, n: usize) -> f64 {
-        self.0[axis].get(n).copied().unwrap_or(0.0)
-    }
-
-    /// Whether there is nothing in it.
-    pub fn is_zero(&self) -> bool {
-        self.0.iter().all(Vec::is_empty)
-    }
-
-    /// All axes in a cycle.
-    pub fn row(&self, n: usize) -> [f64; 6] {
-        std::array::from_fn(|axis| self.at(axis, n))
-    }
-
-    /// Adds six series.
-    pub fn add(&mut self, series: &[Vec<f64>; 6]) {
-        for (own, other) in self.0.iter_mut().zip(series) {
-            if own.is_empty() {
-                own.clone_from(other);
-            } else {
-                own.iter_mut().zip(other).for_each(|(o, s)| *o += s);
-            }
-        }
-    }
-
-    /// What a function makes of each series in which there is something.
-    pub fn each(&self, of: impl Fn(&[f64]) -> Vec<f64>) -> Self {
-        let each = |series: &Vec<f64>| match series.is_empty() {
-            true => Vec::new(),
-            false => of(series),
-        };
-        Self(self.0.each_ref().map(each))
-    }
-
-    /// Without another column; series of which nothing is left are empty.
-    pub fn less(mut self, other: &Self) -> Self {
-        for (own, other) in self.0.iter_mut().zip(&other.0) {
-            if own.is_empty() {
-                *own = other.iter().map(|o| -o).collect();
-            } else {
-                own.iter_mut().zip(other).for_each(|(own, o)| *own -= o);
-            }
-            if own.iter().all(|value| *value == 0.0) {
-                own.clear();
-            }
-        }
-        self
-    }
-
-    /// Adds a constant to each axis of a column of so many cycles.
-    fn shift(&mut self, count: usize, by: [f64; 6]) {
-        for (series, by) in self.0.iter_mut().zip(by).filter(|(_, by)| *by != 0.0) {
-            series.resize(count, 0.0);
-            series.iter_mut().for_each(|value| *value += by);
-        }
-    }
-
-    /// Multiplies all series.
-    pub fn scale(&mut self, factor: f64) {
-        let all = self.0.iter_mut().flatten();
-        all.for_each(|value| *value *= factor);
-    }
-
-    /// Adds a multiple of this column to other series.
-    pub fn add_to(&self, factor: f64, series: &mut [Vec<f64>; 6]) {
-        for (own, other) in self.0.iter().zip(series) {
-            own.iter()
-                .zip(other)
-                .for_each(|(own, other)| *other += factor * own);
-        }
-    }
-}
-
-/// Contact of the tip with one wall over a log.
-#[derive(Clone, Debug)]
-pub struct Touch {
-    /// Number of the wall in the model, from 1.
-    pub number: usize,
-    /// Out of the wall, in C.
-    pub normal: Vector3<f64>,
-    /// The point that touches, in M.
-    pub tip: Vector3<f64>,
-    /// Penetration, m; negative out of contact.
-    pub penetration: Vec<f64>,
-    /// Its rate, m/s.
-    pub rate: Vec<f64>,
-    /// Nominal force, N.
-    pub force: Vec<f64>,
-    /// Nominal stiffness, N/m.
-    pub stiffness: f64,
-    /// Nominal damping, N·s/m.
-    pub damping: f64,
-    /// Penetration at which the damping acts in full, m.
-    pub damping_depth: f64,
-}
-
-impl Touch {
-    /// Share of the damping that acts at a depth, 0 to 1.
-    pub fn onset(&self, depth: f64) -> f64 {
-        if self.damping_depth > 0.0 {
-            (depth / self.damping_depth).min(1.0)
-        } else {
-            1.0
-        }
-    }
-
-    /// What the nominal wall would push at a depth in a cycle, N, and pull where it cannot.
-    pub fn push_at(&self, n: usize, depth: f64) -> f64 {
-        if depth <= 0.0 {
-            return 0.0;
-        }
-        self.stiffness * depth + self.damping * self.onset(depth) * self.rate[n]
-    }
-}
 
 /// Motion, contact and nominal reading of every cycle of a log. What no effect changes is shared by its copies.
 #[derive(Clone)]
@@ -212,70 +68,6 @@ pub struct Scene {
     pub model: Model,
 }
 
-/// The pose of a position (m) and a quaternion (w x y z) that a file may have rounded.
-pub fn pose_of([x, y, z, qw, qx, qy, qz]: &[f64; 7]) -> Pose<f64> {
-    frames::pose(&[*x, *y, *z], &[*qw, *qx, *qy, *qz])
-}
-
-/// Where each pose is along an axis of C, m.
-pub fn positions(poses: &[Pose<f64>], axis: &Vector3<f64>) -> Vec<f64> {
-    let along = |pose: &Pose<f64>| axis.dot(&pose.translation.vector);
-    poses.iter().map(along).collect()
-}
-
-/// How far each pose has turned about an axis of M, rad: the first with so many whole turns, each other with those that bring it
-/// nearest to the pose before.
-pub fn angles(poses: &[Pose<f64>], axis: &Vector3<f64>, whole_turns: i32) -> Vec<f64> {
-    let mut angles: Vec<f64> = poses.iter().map(|pose| angle_about(pose, axis)).collect();
-    count_turns(angles.iter_mut());
-    let before = TAU * f64::from(whole_turns);
-    angles.iter_mut().for_each(|angle| *angle += before);
-    angles
-}
-
-/// How far a pose is turned about an axis of M, rad, within half a turn, whatever else turns M: the twist that is left without the
-/// shortest turn that takes the axis where it points. Where it points against its direction in C, as that of a flange that hangs
-/// down, no turn is the shortest, and half a turn about an axis across comes first.
-pub fn angle_about(pose: &Pose<f64>, axis: &Vector3<f64>) -> f64 {
-    /// Cosine from which on it does: far from mountings at right angles, at which noise would change the form.
-    const AGAINST: f64 = -0.5;
-    let twist =
-        |rotation: UnitQuaternion<f64>| match 2.0 * rotation.imag().dot(axis).atan2(rotation.w) {
-            angle if angle > PI => angle - TAU,
-            angle if angle < -PI => angle + TAU,
-            angle => angle,
-        };
-    if axis.dot(&(pose.rotation * axis)) > AGAINST {
-        return twist(pose.rotation);
-    }
-    let across = Vector3::ith_axis((axis.iamax() + 1) % 3);
-    -twist(pose.rotation * UnitQuaternion::from_axis_angle(&across, PI).inverse())
-}
-
-/// How far each pose has turned since the first, rad, axes of M: rotation vectors from pose to pose, added, which after some turns an
-/// orientation does not tell.
-pub fn turned_since_first(
-    poses: impl Iterator<Item = Pose<f64>>,
-) -> impl Iterator<Item = Vector3<f64>> {
-    let (mut turned, mut before) = (Vector3::zeros(), None);
-    poses.map(move |pose| {
-        let now = pose.rotation;
-        if let Some(before) = before.replace(now) {
-            turned += (before.inverse() * now).scaled_axis();
-        }
-        turned
-    })
-}
-
-/// Adds to each angle the whole turns that bring it nearest to the one before.
-pub fn count_turns<'a>(angles: impl Iterator<Item = &'a mut f64>) {
-    let mut before = 0.0;
-    for angle in angles.filter(|angle| angle.is_finite()) {
-        *angle += TAU * ((before - *angle) / TAU).round();
-        before = *angle;
-    }
-}
-
 /// A point of M on which a guide may act.
 #[derive(Clone, Debug, Default)]
 struct Guided {
@@ -294,27 +86,6 @@ impl Guided {
             rms_speed: (squares / velocity.len().max(1) as f64).sqrt(),
             velocity,
             unit,
-        }
-    }
-}
-
-impl Touch {
-    /// Of a wall over a motion.
-    fn of(wall: &Wall, number: usize, pose: &[Pose<f64>], motion: &[Motion<f64>]) -> Self {
-        let both = pose.iter().zip(motion);
-        let at: Vec<(f64, f64)> = both
-            .map(|(pose, motion)| wall.penetration(pose, &motion.velocity))
-            .collect();
-        Self {
-            number,
-            normal: wall.normal,
-            tip: wall.tip,
-            force: at.iter().map(|(p, r)| wall.force_at(*p, *r)).collect(),
-            penetration: at.iter().map(|a| a.0).collect(),
-            rate: at.iter().map(|a| a.1).collect(),
-            stiffness: wall.stiffness,
-            damping: wall.damping,
-            damping_depth: wall.damping_depth,
         }
     }
 }
@@ -673,36 +444,7 @@ mod tests {
     use super::*;
     use crate::model::load::effects::LoadEffect;
     use softdock_control::frames::Twist;
-
-    /// A flange at any angle that turns about an axis of its own: the angle is that of the turn, but for a constant that is the same
-    /// in all logs; of a flange that is not tilted it is the angle itself.
-    #[test]
-    fn an_angle_is_about_the_axis_of_the_flange() {
-        for (tilt, axis) in [
-            ([0.0, 0.0, 0.0], 2),
-            ([PI, 0.0, 0.0], 2),
-            ([PI, 1e-9, -1e-9], 2),
-            ([0.0, PI / 2.0, 0.0], 2),
-            ([0.3, -0.8, 1.7], 0),
-            ([0.0, 0.0, PI - 0.01], 1),
-        ] {
-            let mounted = UnitQuaternion::from_scaled_axis(tilt.into());
-            let axis = Vector3::ith(axis, 1.0);
-            let at = |angle: f64| {
-                let turn = UnitQuaternion::from_scaled_axis(axis * angle);
-                Pose::from_parts(Vector3::zeros().into(), mounted * turn)
-            };
-            let about = |angle: f64| angle_about(&at(angle), &axis);
-            if tilt == [0.0; 3] {
-                assert!((about(0.4) - 0.4).abs() < 1e-12);
-            }
-            for angle in [-3.0, -0.1, 0.7, 2.9] {
-                let off = about(angle) - about(0.0) - angle;
-                let turns = (off / TAU).round();
-                assert!((off - TAU * turns).abs() < 1e-9, "{tilt:?} {angle}: {off}");
-            }
-        }
-    }
+    use std::f64::consts::PI;
 
     /// A flange that hangs down and turns about its z: friction opposes the velocity, a spring the angle.
     #[test]
@@ -758,24 +500,5 @@ mod tests {
         let shifted = LoadEffect::find(&model, "wall_position").unwrap();
         let part = shifted.contribution(&scene, &[("shift_m".to_owned(), 0.001)].into());
         assert!(part.at(5, 9) > 4.9, "{}", part.at(5, 9));
-    }
-
-    /// 2 rad from pose to pose, out over three turns and back: an orientation alone would be within half a turn.
-    #[test]
-    fn turns_are_counted() {
-        let angle = |n: i32| f64::from(if n <= 10 { n } else { 20 - n }) * 2.0;
-        let poses = (0..=20).map(|n| {
-            let turn = Vector3::new(0.0, 0.0, angle(n));
-            Pose::from_parts(
-                Vector3::zeros().into(),
-                UnitQuaternion::from_scaled_axis(turn),
-            )
-        });
-        for (n, turned) in (0..).zip(turned_since_first(poses)) {
-            assert!(
-                (turned - Vector3::new(0.0, 0.0, angle(n))).norm() < 1e-12,
-                "{n}"
-            );
-        }
     }
 }

@@ -24,7 +24,7 @@ mod tests;
 pub mod wrench;
 
 use super::load::Scene;
-use super::load::effects::add_known;
+use super::load::loaded::add_known;
 use super::log::{Log, is_measured};
 use super::{Axis, Channel, Model, clock};
 use crate::effects::body::clock_jitter::{self, Scatter};

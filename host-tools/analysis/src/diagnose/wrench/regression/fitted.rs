@@ -3,7 +3,8 @@
 use crate::diagnose::evidence::Foretold;
 use softdock_physics::model::Model;
 use softdock_physics::model::load::Scene;
-use softdock_physics::model::load::effects::{LoadEffect, Valued};
+use softdock_physics::model::load::effects::LoadEffect;
+use softdock_physics::model::load::loaded::Valued;
 use softdock_statistics::DEVIATIONS_95;
 use std::collections::BTreeMap;
 

@@ -2,6 +2,7 @@
 
 pub(crate) mod fit;
 pub(crate) mod fitted;
+pub(crate) mod gauss_newton;
 pub(crate) mod gram;
 pub(crate) mod hypothesis;
 pub(crate) mod joint;

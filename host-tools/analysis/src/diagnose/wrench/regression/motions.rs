@@ -12,7 +12,7 @@ use softdock_control::frames::{self, Pose, Twist};
 use softdock_control::wrench::Motion;
 use softdock_physics::model::Model;
 use softdock_physics::model::load::Scene;
-use softdock_physics::model::load::effects::add_known;
+use softdock_physics::model::load::loaded::add_known;
 use softdock_physics::model::log::Log;
 use softdock_physics::model::prediction::differences::{
     acceleration_of_means, acceleration_of_samples, velocity_of_means,

@@ -1,10 +1,11 @@
 //! The shapes of a hypothesis (a delay, the speed of a Stribeck curve) at their best values: one after the other by a search in
 //! one dimension, then, where they are estimated and not only screened, all together.
 
+use super::gauss_newton::ShapeDeviations;
 use super::hypothesis::Hypothesis;
 use super::joint::Joint;
 use super::problem::Solution;
-use super::shaped::{Care, RESOLVED, ShapeDeviations, Shaped, has_size};
+use super::shaped::{Care, RESOLVED, Shaped, has_size};
 use super::variants::Library;
 use softdock_physics::model::load::effects::{LoadEffect, Pace, Shape};
 use softdock_physics::optimise::brent;

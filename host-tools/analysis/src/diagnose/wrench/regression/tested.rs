@@ -4,7 +4,7 @@
 use super::fitted::Fitted;
 use crate::diagnose::finding::Trial;
 use softdock_physics::model::Channel;
-use softdock_physics::model::load::effects::{Loaded, Valued, contribution};
+use softdock_physics::model::load::loaded::{Loaded, Valued, contribution};
 use softdock_physics::model::load::{Column, Scene};
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};

@@ -5,7 +5,8 @@ use super::prepared_log::PreparedLog;
 use super::tested::Tested;
 use nalgebra::{DMatrix, DVector};
 use softdock_physics::model::load::Column;
-use softdock_physics::model::load::effects::{LoadEffect, Loaded, Pace, Shape, Sign};
+use softdock_physics::model::load::effects::{LoadEffect, Pace, Shape, Sign};
+use softdock_physics::model::load::loaded::Loaded;
 
 /// An effect with given shape parameters.
 pub(crate) struct Variant {

@@ -1,0 +1,239 @@
+//! What effects of the sensor's load do to its reading over a log, one of them and several together.
+
+use super::effects::{LEVEL, LoadEffect};
+use super::{Column, Scene, laws};
+use crate::effects::{Actuator, Law, Role, Values};
+use crate::model::{EffectModel, FilterModel, Model};
+use softdock_statistics::LowPass;
+use std::collections::BTreeMap;
+
+impl LoadEffect {
+    /// The columns at some places as they stand in the log, through the filter of its import if it had
+    /// one; None if the log or the model has nothing for them to act on.
+    pub fn columns(&self, scene: &Scene, shapes: &[f64], places: &[usize]) -> Option<Vec<Column>> {
+        if !self.acts(scene) {
+            return None;
+        }
+        let column = |k: &usize| match self.coefficients.is_empty() {
+            true => self.part(scene, &self.values(shapes, &[])),
+            false => self.slope(shapes, *k, |p| self.part(scene, p)),
+        };
+        let columns: Option<Vec<Column>> = places.iter().map(column).collect();
+        columns.filter(|columns| !columns.iter().all(Column::is_zero))
+    }
+
+    /// What it loads the sensor with by its coefficients at some places if each is 1; None if it acts on the reading as a whole, or if
+    /// that is not linear in its coefficients.
+    pub fn unit_loads(
+        &self,
+        scene: &Scene,
+        shapes: &[f64],
+        places: &[usize],
+    ) -> Option<Vec<Column>> {
+        if self.acts_on_reading() || !self.is_linear() || self.coefficients.is_empty() {
+            return None;
+        }
+        let change = |p: &[f64]| Some(self.change_if_any(scene, &scene.reading, p));
+        let slopes = places.iter().map(|k| self.slope(shapes, *k, change));
+        slopes.collect()
+    }
+
+    /// Whether a friction would change its sign over a speed so large that it never reaches its level: it would be a viscous
+    /// one by another name.
+    pub fn never_reaches_its_level(&self, scene: &Scene, shapes: &[f64]) -> bool {
+        let Some((law, speed)) = self.turns_over_speed(shapes) else {
+            return false;
+        };
+        LEVEL * speed > scene.rms_speed() || self.fades_as_it_turns(law, speed, shapes)
+    }
+
+    /// The columns around given coefficients: times these they are the effect exactly, also where
+    /// it is not linear in its only one.
+    pub fn columns_at(
+        &self,
+        scene: &Scene,
+        shapes: &[f64],
+        places: &[usize],
+        coefficients: &[f64],
+    ) -> Option<Vec<Column>> {
+        let alone = self.coefficients.len() == 1 && !self.is_linear();
+        match coefficients {
+            [one] if *one != 0.0 && alone && self.acts(scene) => {
+                let mut part = self.part(scene, &self.values(shapes, coefficients))?;
+                part.scale(1.0 / one);
+                Some(vec![part])
+            }
+            _ => self.columns(scene, shapes, places),
+        }
+    }
+
+    /// Part of the reading, with parameters from a model file; what is left out is 0 or default.
+    pub fn contribution(&self, scene: &Scene, parameters: &BTreeMap<String, f64>) -> Column {
+        contribution(scene, &[(self, self.given(parameters))])
+    }
+
+    /// Difference quotient of a part by a coefficient, at zero. Its step, a millionth of the plausible
+    /// range, is a power of two, so that what is linear has no error of rounding.
+    fn slope(
+        &self,
+        shapes: &[f64],
+        k: usize,
+        part: impl Fn(Values<'_>) -> Option<Column>,
+    ) -> Option<Column> {
+        let mut linear = self
+            .effect
+            .parameters
+            .iter()
+            .filter(|p| p.role == Role::Linear);
+        let parameter = linear.nth(k)?;
+        let step = (1e-6 * (parameter.high - parameter.low))
+            .log2()
+            .floor()
+            .exp2();
+        let mut coefficients = vec![0.0; self.coefficients.len()];
+        coefficients[k] = step;
+        let mut slope = part(&self.values(shapes, &coefficients))?;
+        slope.scale(1.0 / step);
+        Some(slope)
+    }
+
+    /// What the effect does to the reading; None for forms that exclude each other.
+    fn part(&self, scene: &Scene, p: Values<'_>) -> Option<Column> {
+        let part = self.change(scene, &scene.reading, p)?;
+        Some(match self.acts_on_reading() {
+            true => scene.shown(part),
+            false => as_read(scene, part, &[]),
+        })
+    }
+
+    /// By how much it changes a reading that has the effects before it.
+    fn change(&self, scene: &Scene, reading: &Column, p: Values<'_>) -> Option<Column> {
+        let part = laws::part(scene, reading, self.effect, p)?;
+        let filtered_already = self.acts_on_reading() || laws::is_proportional(self.effect, p);
+        Some(match scene.model.sensor.filter {
+            Some(filter) if !filtered_already => through(filter, scene.cycle_s, part),
+            _ => part,
+        })
+    }
+
+    /// The same; nothing where the log has nothing for it to act on.
+    fn change_if_any(&self, scene: &Scene, reading: &Column, p: Values<'_>) -> Column {
+        let change = self
+            .acts(scene)
+            .then(|| self.change(scene, reading, p))
+            .flatten();
+        change.unwrap_or_default()
+    }
+}
+
+/// An effect with its parameters, in the order of the catalogue.
+pub type Valued<'a> = (&'a LoadEffect, Vec<f64>);
+
+/// What effects together do to the reading, beside those that the model knows.
+pub fn contribution(scene: &Scene, effects: &[Valued<'_>]) -> Column {
+    Loaded::by(scene, effects).read()
+}
+
+/// What effects load the sensor with beside those that the model knows, and those of them that act on the reading as a whole.
+pub struct Loaded<'a> {
+    scene: &'a Scene,
+    load: Column,
+    whole: Vec<Valued<'a>>,
+}
+
+impl<'a> Loaded<'a> {
+    /// Of some effects.
+    pub fn by(scene: &'a Scene, effects: &[Valued<'a>]) -> Self {
+        let mut load = Column::default();
+        for (law, p) in effects.iter().filter(|(law, _)| !law.acts_on_reading()) {
+            load.add(&law.change_if_any(scene, &scene.reading, p).0);
+        }
+        let whole = effects.iter().filter(|(law, _)| law.acts_on_reading());
+        Self {
+            scene,
+            load,
+            whole: whole.cloned().collect(),
+        }
+    }
+
+    /// With a further load.
+    pub fn and(mut self, load: Column) -> Self {
+        self.load.add(&load.0);
+        self
+    }
+
+    /// What they do to the reading.
+    pub fn read(&self) -> Column {
+        as_read(self.scene, self.load.clone(), &self.whole)
+    }
+
+    /// What a further effect on the reading as a whole does that these do not do without it.
+    pub fn added(&self, effect: Valued<'a>) -> Column {
+        let with = [&self.whole[..], &[effect]].concat();
+        as_read(self.scene, self.load.clone(), &with).less(&self.read())
+    }
+}
+
+/// What the reading shows of a further load: what acts on the reading as a whole (a delay, a gain) acts on
+/// all that loads the sensor, first the known effects, then `whole`.
+fn as_read(scene: &Scene, load: Column, whole: &[Valued<'_>]) -> Column {
+    let known = known(&scene.model, &scene.model.effects, true);
+    if whole.is_empty() && known.iter().all(|(law, _)| !law.acts_on_load()) {
+        return scene.shown(load);
+    }
+    let mut reading = scene.load.clone();
+    reading.add(&load.0);
+    for (law, p) in known.iter().chain(whole) {
+        let change = law.change_if_any(scene, &reading, p);
+        reading.add(&change.0);
+    }
+    scene.shown(reading.less(&scene.reading))
+}
+
+/// Effects of a model file: those that act on the reading as a whole, or those that load the sensor.
+fn known(model: &Model, effects: &[EffectModel], whole: bool) -> Vec<Valued<'static>> {
+    let laws = effects.iter().filter_map(|effect| {
+        let law = LoadEffect::find(model, &effect.id)?;
+        Some((law, law.given(&effect.parameters)))
+    });
+    laws.filter(|(law, _)| law.acts_on_reading() == whole)
+        .collect()
+}
+
+/// Through the filter of the import.
+fn through(filter: FilterModel, cycle_s: f64, mut part: Column) -> Column {
+    let filter = LowPass::new(filter.order, filter.cutoff_hz * cycle_s);
+    for series in part.0.iter_mut().filter(|series| !series.is_empty()) {
+        *series = filter.zero_phase(series);
+    }
+    part
+}
+
+/// Samples at the end of a stretch without gaps whose motion lies behind it: a drive is told a delay before it moves, and a clock
+/// may be late.
+pub fn beyond_the_end(scene: &Scene) -> usize {
+    let known = known(&scene.model, &scene.model.effects, true).into_iter();
+    let acting = known.filter(|(effect, _)| effect.acts(scene));
+    let ahead = acting.filter_map(|(effect, p)| match effect.effect.law {
+        Law::Actuator(Actuator {
+            late: Some(law), ..
+        }) => Some(law(&p).delay_s),
+        Law::Apart(law) => Some(law(&p)),
+        _ => None,
+    });
+    (ahead.sum::<f64>().max(0.0) / scene.cycle_s).ceil() as usize
+}
+
+/// Adds what effects of a model file do to the reading of a scene. What acts on the reading as a
+/// whole acts last, wherever it stands in the file.
+pub fn add_known(scene: &mut Scene, effects: &[EffectModel]) {
+    for whole in [false, true] {
+        for (law, p) in known(&scene.model, effects, whole) {
+            let change = law.change_if_any(scene, &scene.reading, &p);
+            scene.reading.add(&change.0);
+        }
+        if !whole {
+            scene.load = scene.reading.clone();
+        }
+    }
+}
