@@ -71,7 +71,18 @@ impl Work<'_> {
             };
             let gone = self.misleading(&accepted);
             let Some((rest, forms)) = gone.or_else(|| self.contradicted(&accepted)) else {
-                return (Some(self.with_small(accepted)), ended);
+                let accepted = match replaced <= REPLACED {
+                    true => self.with_small(accepted),
+                    false => accepted,
+                };
+                if !self.is_forbidden_when_estimated(&accepted) {
+                    return (Some(accepted), ended);
+                }
+                let ids = accepted.effects_in_order();
+                self.forbidden().insert(ids);
+                replaced += 1;
+                starts = self.possible(accepted).into_iter().collect();
+                continue;
             };
             self.misled().extend(forms);
             replaced += 1;
@@ -133,6 +144,23 @@ impl Work<'_> {
             .into_par_iter()
             .filter(|k| self.library.variants[*k].effect.id == own);
         Some((without(&parts, place), same.filter(misleads).collect()))
+    }
+
+    /// Whether physics forbids a hypothesis with the parameters that the logs of the fit have when they are estimated, and with those of
+    /// all logs, too: the screening, in which some of them stand nearly as they were found alone, may allow it.
+    fn is_forbidden_when_estimated(&self, accepted: &Tested) -> bool {
+        let hypothesis = evaluate(self.library, self.parts(accepted), self.price);
+        let is_forbidden = |hypothesis: &Hypothesis| {
+            let mut problems = [self.of_fit, &self.joint.problem].into_iter();
+            problems.all(|problem| !self.estimated(problem, hypothesis).wrong.is_empty())
+        };
+        hypothesis.as_ref().is_some_and(is_forbidden)
+    }
+
+    /// Effects that are not possible together, in the order of the alphabet.
+    pub(crate) fn forbidden(&self) -> MutexGuard<'_, BTreeSet<Vec<&'static str>>> {
+        let forbidden = self.forbidden.lock();
+        forbidden.unwrap_or_else(PoisonError::into_inner)
     }
 
     /// A detail of other effects, with which the logs of the fit alone ask for what physics forbids, and without which they do not: what is

@@ -99,6 +99,8 @@ struct Work<'a> {
     known: Mutex<BTreeMap<Vec<Part>, Tested>>,
     /// Variants that foretell the unseen logs worse than nothing in their place.
     misled: Mutex<BTreeSet<usize>>,
+    /// Effects that physics forbids together when their parameters are estimated.
+    forbidden: Mutex<BTreeSet<Vec<&'static str>>>,
 }
 
 /// Searches. Tolerances that the answer strains are taken away, and the search begins anew; what moves the reading in
@@ -203,6 +205,7 @@ impl<'a> Work<'a> {
             watch: ask.watch,
             known: Mutex::default(),
             misled: Mutex::default(),
+            forbidden: Mutex::default(),
         }
     }
 }
@@ -323,7 +326,10 @@ impl Work<'_> {
     fn is_possible(&self, tested: &Tested) -> bool {
         let price =
             self.price * tested.parameters as f64 + evidence::prior() * tested.effects.len() as f64;
-        tested.wrong.is_empty() && tested.beyond_rounding > self.joint.threshold(0.0) + price
+        let is_allowed = || !self.forbidden().contains(&tested.effects_in_order());
+        tested.wrong.is_empty()
+            && is_allowed()
+            && tested.beyond_rounding > self.joint.threshold(0.0) + price
     }
 
     /// Whether an effect moves the reading in time.
