@@ -23,7 +23,7 @@ pub const EFFECT: Effect = Effect {
         Parameter::new("excess_n", "N", 0.0, 1e6)
             .hidden(0.6, 1.0)
             .pictured(1.5),
-        Parameter::new("stribeck_speed_m_s", "m/s", 1e-4, 0.1)
+        Parameter::new("stribeck_speed_m_s", "m/s", 1e-4, 1e3)
             .shape(&[1e-3, 2e-3, 3.5e-3, 6e-3, 1e-2, 2e-2], 5e-3)
             .hidden(0.006, 0.012)
             .pictured(0.004),

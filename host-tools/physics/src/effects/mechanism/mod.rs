@@ -3,8 +3,9 @@
 
 use super::Parameter;
 
-/// Speed over which a dry friction changes its sign.
-const SMOOTHING: Parameter = Parameter::new("smoothing_speed_m_s", "m/s", 0.0, 0.05)
+/// Speed over which a dry friction changes its sign. Its range is that of machines in any unit of length: what is looked for follows
+/// from how fast the logs are.
+const SMOOTHING: Parameter = Parameter::new("smoothing_speed_m_s", "m/s", 0.0, 1e3)
     .form_size(&[0.0, 3e-4, 8e-4, 2e-3, 5e-3], 0.0);
 
 /// Distance over which a dry friction builds up after a reversal.

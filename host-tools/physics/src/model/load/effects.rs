@@ -233,13 +233,15 @@ impl LoadEffect {
             let latest = (LATEST_S * logs.slower()).min(LATEST_SHARE * logs.shortest_s);
             return [low, high].map(|end| end.clamp(-latest, latest));
         }
+        if self.falls_over(parameter) {
+            return [low, high.min(FALLEN * logs.speed).max(low)];
+        }
         let is_speed = matches!(parameter.unit, "m/s" | "rad/s");
         match matches!(self.effect.law, Law::Guide(_)) && is_speed {
-            true if parameter.is_form() => {
+            true => {
                 let largest = tried.values.iter().copied().fold(0.0, f64::max);
                 [low, high.min(SHARP * largest)]
             }
-            true => [low, high.min(FALLEN * logs.speed).max(low)],
             false => [low, high],
         }
     }
@@ -257,7 +259,16 @@ impl LoadEffect {
         let values = shape.tried.iter().map(|value| factor * value);
         let mut values: Vec<f64> = values.map(|value| value.clamp(low, high)).collect();
         values.dedup();
+        if known.is_some_and(|p| self.falls_over(p)) {
+            values.extend(further(&values, high));
+        }
         values
+    }
+
+    /// Whether a parameter is the speed over which a friction falls.
+    fn falls_over(&self, parameter: &Parameter) -> bool {
+        let is_speed = matches!(parameter.unit, "m/s" | "rad/s");
+        matches!(self.effect.law, Law::Guide(_)) && is_speed && !parameter.is_form()
     }
 
     /// Whether readings and motion are of different times.
@@ -382,9 +393,32 @@ impl LoadEffect {
     }
 }
 
+/// From the last of some values on in equal ratios, up to an end: machines are faster than a docking rig, whose values these are, by
+/// whatever factor.
+fn further(values: &[f64], end: f64) -> Vec<f64> {
+    /// Largest ratio of one value to the one before, unless that would be more than [`MOST`].
+    const RATIO: f64 = 2.5;
+    /// Most values.
+    const MOST: f64 = 6.0;
+    let reach = values.last().map_or(1.0, |last| end / last);
+    let count = (reach.ln() / RATIO.ln()).ceil().clamp(0.0, MOST);
+    let ratio = reach.powf(1.0 / count.max(1.0));
+    let further = (1..=count as i32).map(|k| end / reach * ratio.powi(k));
+    further.collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_fast_machine_is_searched_up_to_its_own_speeds() {
+        let all = further(&[0.01, 0.02], 0.5);
+        assert_eq!(all.len(), 4);
+        assert!((all[3] - 0.5).abs() < 1e-12 && (all[0] / 0.02 - all[3] / all[2]).abs() < 1e-12);
+        assert!(further(&[0.01, 0.02], 0.02).is_empty());
+        assert_eq!(further(&[0.02], 150.0).len(), 6);
+    }
 
     /// An excess that fades over 10 mm/s: of one that turns round over 2 mm/s eight tenths act, over 20 mm/s a fifth.
     #[test]
