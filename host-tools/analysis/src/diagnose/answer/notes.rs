@@ -15,9 +15,9 @@ use crate::diagnose::prediction_error::log_to_log::LogToLog;
 use crate::diagnose::stages::Stages;
 use crate::diagnose::wrench::{Disagreement, PreparedLog, Ripple};
 use softdock_physics::effects::CATALOGUE;
-use softdock_physics::model::load::Column;
 use softdock_physics::model::load::effects::LoadEffect;
-use softdock_physics::model::{Channel, Model};
+use softdock_physics::model::load::{Column, Scene};
+use softdock_physics::model::{Channel, EffectModel, Model};
 use softdock_report::number;
 use softdock_statistics::dot;
 
@@ -242,13 +242,9 @@ impl Answer<'_> {
         let Some(log) = wrench.and_then(|found| found.prepared.logs.first()) else {
             return Vec::new();
         };
-        let part = |named: &Named| {
-            let effect = LoadEffect::find(&log.scene.model, &named.effect.id)?;
-            let part = effect.contribution(&log.scene, &named.effect.parameters);
-            (!effect.is_late()).then_some((effect.id, part))
-        };
         let named = self.reduction.named.iter();
-        let parts: Vec<(&str, Column)> = named.filter_map(|(named, _)| part(named)).collect();
+        let parts = named.flat_map(|(named, _)| terms(named, &log.scene));
+        let parts: Vec<(String, Column)> = parts.collect();
         let size = |column: &Column| {
             let axes = column.0.iter().zip(log.sheet_sigma);
             let squares = axes.map(|(series, sigma)| dot(series, series) / (sigma * sigma));
@@ -262,13 +258,36 @@ impl Answer<'_> {
             let times = size(part).min(size(counter)) / size(&both);
             (times > CANCELS).then(|| {
                 format!(
-                    "`{one}` and `{other}` nearly cancel: each alone is {times:.0} times or more what both are together on the log of the fit, so that their sum is known much \
+                    "{one} and {other} nearly cancel: each alone is {times:.0} times or more what both are together on the log of the fit, so that their sum is known much \
                      better than either; elsewhere, or at larger angles and displacements, they may not cancel."
                 )
             })
         });
         said.collect()
     }
+}
+
+/// What each amount of an effect that does not move the reading in time does alone to the reading of a log, with its name.
+fn terms(named: &Named, scene: &Scene) -> Vec<(String, Column)> {
+    let EffectModel { id, parameters, .. } = &named.effect;
+    let effect = LoadEffect::find(&scene.model, id).filter(|effect| !effect.is_late());
+    let Some(effect) = effect else {
+        return Vec::new();
+    };
+    let amounts = || effect.coefficients.iter().map(|one| one.name);
+    let own: Vec<&str> = amounts()
+        .filter(|name| parameters.contains_key(*name))
+        .collect();
+    let alone = |name: &&str| {
+        let mut one = parameters.clone();
+        one.retain(|other, _| other == name || amounts().all(|amount| amount != other));
+        let said = match own.len() {
+            1 => format!("`{id}`"),
+            _ => format!("`{name}` of `{id}`"),
+        };
+        (said, effect.contribution(scene, &one))
+    };
+    own.iter().map(alone).collect()
 }
 
 /// What the noise of a channel is, other than that of the model file.
@@ -366,4 +385,46 @@ fn undecided(search: &Search) -> Vec<&'static str> {
         .collect();
     ids.dedup();
     ids
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::UnitQuaternion;
+    use softdock_control::frames::{Pose, Twist};
+    use softdock_control::wrench::Motion;
+    use softdock_physics::model::Axis;
+
+    /// The sine of a weight may be taken back by a spring where its cosine is a constant that is not.
+    #[test]
+    fn each_amount_of_an_effect_is_compared_by_itself() {
+        let mut model = Model::default();
+        model.rig.active_axes = vec![Axis::Rz];
+        let pose = (0..9).map(|n| {
+            let turned = UnitQuaternion::from_euler_angles(0.0, 0.0, 0.1 * f64::from(n));
+            Pose::from_parts(nalgebra::Vector3::zeros().into(), turned)
+        });
+        let motion = Motion {
+            velocity: Twist::of(&[0.0, 0.0, 0.0, 0.0, 0.0, 10.0]),
+            acceleration: Twist::zero(),
+        };
+        let time_s = (0..9).map(|n| 0.01 * f64::from(n)).collect();
+        let scene = Scene::new(&model, 0.01, time_s, pose.collect(), vec![motion; 9]);
+        let weight = Named::new("bearing_gravity", Vec::new())
+            .with("sine_n_m", (2.0, 0.1), "N·m")
+            .with("cosine_n_m", (0.5, 0.1), "N·m");
+        let terms = terms(&weight, &scene);
+        let names: Vec<&str> = terms.iter().map(|(name, _)| name.as_str()).collect();
+        assert!(
+            names.contains(&"`sine_n_m` of `bearing_gravity`"),
+            "{names:?}"
+        );
+        let both: f64 = terms.iter().map(|(_, part)| part.at(5, 8)).sum();
+        let whole = LoadEffect::find(&model, "bearing_gravity").unwrap();
+        let whole = whole.contribution(&scene, &weight.effect.parameters);
+        assert!(
+            (both - whole.at(5, 8)).abs() < 1e-12 && both.abs() > 1.0,
+            "{both}"
+        );
+    }
 }
