@@ -10,7 +10,8 @@
 //! velocity.
 
 use super::V6;
-use super::control_problem::{Command, ControlProblem, limited};
+use super::command::{Command, limited};
+use super::control_problem::ControlProblem;
 use super::tuning::*;
 
 /// The lead, and how much of the command is the predictor's.

@@ -41,7 +41,7 @@
 //! | `contact`, `contact_memory` | the course of a contact, and what is remembered of it |
 //! | `restitution`, `guard` | what noise hides of a rebound, and what it is held to |
 //! | `reference`, `kelvin_voigt`, `preload` | the motion that is wanted: that of a spring and a damper, and what is pressed deeper |
-//! | `control_problem` | the command: what it depends on, and its parts |
+//! | `control_problem`, `command` | what a command depends on; the command and its parts |
 //! | `free_response`, `dynamic_matrix` | where the robot will be with what was sent, and the moves that bring it to the reference |
 //! | `impulse_matching` | the preload |
 //! | `reversals` | what holds an axis from turning twice |
@@ -57,6 +57,7 @@ mod axis_map;
 mod batch;
 #[cfg(test)]
 mod bounce;
+mod command;
 mod command_history;
 mod contact;
 mod contact_estimator;

@@ -3,9 +3,10 @@
 use super::Supervisor;
 use crate::delay::predictor::V6;
 use crate::delay::predictor::axis_map::AxisMap;
+use crate::delay::predictor::command::Command;
 use crate::delay::predictor::contact::Contact;
 use crate::delay::predictor::contact_estimator::Estimate;
-use crate::delay::predictor::control_problem::{Command, ControlProblem};
+use crate::delay::predictor::control_problem::ControlProblem;
 use crate::delay::predictor::observer::Observer;
 use crate::delay::predictor::reference::Reference;
 use crate::delay::predictor::tuning::*;
