@@ -44,11 +44,12 @@ pub(super) fn filter(
     let kept = rows_kept(&pieces, decimate, trimmed);
     let stretches = pieces.len();
     if trimmed > 0 && stretches > 1 {
+        let left = rows_kept(&pieces, 1, trimmed);
         told.push(format!(
             "{name}: trim_s = {trim_s} is taken from both ends of each of {stretches} stretches between gaps, which leaves {} of \
              {} rows; `gaps = \"bridge\"` in [time] fills short gaps before",
-            kept.iter().filter(|kept| **kept).count(),
-            kept.len()
+            left.iter().filter(|left| **left).count(),
+            left.len()
         ));
     }
     if decimate > 1 {
