@@ -7,7 +7,7 @@ use super::wrench::{Fitted, Joint};
 use softdock_physics::effects::mechanism::ACTS_AT;
 use softdock_physics::effects::{Role, by_id};
 use softdock_physics::model::load::effects::LoadEffect;
-use softdock_physics::model::{Axis, EffectModel, Model};
+use softdock_physics::model::{Axis, EffectModel, Model, known_parameters};
 use softdock_report::number;
 use softdock_statistics::DEVIATIONS_95;
 use std::collections::BTreeMap;
@@ -112,7 +112,7 @@ impl Named {
     }
 
     /// With the values of another fit, and intervals that hold what both say; `anew`: those of that fit alone.
-    pub(crate) fn refitted(mut self, fitted: &EffectModel, anew: bool) -> Self {
+    pub(crate) fn refitted(mut self, model: &Model, fitted: &EffectModel, anew: bool) -> Self {
         let estimates = std::mem::take(&mut self.estimates);
         for (name, before) in estimates {
             let Some(value) = fitted.parameters.get(&name).copied() else {
@@ -126,7 +126,7 @@ impl Named {
             };
             self = self.within(&name, value, interval, &before.unit);
         }
-        self.bounded()
+        self.bounded(model)
     }
 
     /// From now on the intervals hold those of another answer, too.
@@ -219,16 +219,16 @@ impl Named {
 
     /// Ends each interval where its parameter's range ends: a curvature knows nothing of a time
     /// constant that cannot be negative.
-    pub(crate) fn bounded(mut self) -> Self {
-        let Some(effect) = by_id(&self.effect.id) else {
+    pub(crate) fn bounded(mut self, model: &Model) -> Self {
+        let Ok(effect) = model.effect(&self.effect.id) else {
             return self;
         };
+        let ranges = known_parameters(model, effect);
         for (name, [low, high]) in &mut self.effect.interval_95 {
-            let (Some(at), Some(estimate)) = (effect.place(name), self.estimates.get_mut(name))
-            else {
+            let range = ranges.iter().find(|range| range.name == name);
+            let (Some(range), Some(estimate)) = (range, self.estimates.get_mut(name)) else {
                 continue;
             };
-            let range = &effect.parameters[at];
             *low = low.max(range.low.min(estimate.value));
             *high = high.min(range.high.max(estimate.value));
             (estimate.low, estimate.high) = (*low, *high);
@@ -263,4 +263,26 @@ pub(crate) fn with_effects<'a>(model: &Model, named: impl Iterator<Item = &'a Na
     let mut after = model.clone();
     after.effects.extend(named.map(|n| n.effect.clone()));
     after
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of a limit of rotations and of a friction of a joint, too, which have names of their own.
+    #[test]
+    fn an_interval_ends_where_the_range_of_its_parameter_ends() {
+        let mut model = Model::default();
+        model.rig.active_axes = vec![Axis::Rz];
+        for (id, name, unit) in [
+            ("rate_limit", "max_acceleration_rad_s2", "rad/s^2"),
+            ("guide_viscous", "damping_n_m_s_per_rad", "N·m·s/rad"),
+        ] {
+            let open = Named::new(id, Vec::new()).with(name, (8.0, 30.0), unit);
+            let ended = open.bounded(&model);
+            let estimate = &ended.estimates[name];
+            assert!(estimate.low >= 0.0 && estimate.high > 60.0, "{estimate:?}");
+            assert_eq!(ended.effect.interval_95[name][0], estimate.low);
+        }
+    }
 }

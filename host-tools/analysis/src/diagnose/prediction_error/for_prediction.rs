@@ -112,7 +112,7 @@ pub(crate) fn by_least_squares(
         recordings.train(),
     )?;
     let fitted = named.iter().zip(&found.after.effects[first..]);
-    let refitted = fitted.map(|(named, fitted)| named.clone().refitted(fitted, anew));
+    let refitted = fitted.map(|(named, fitted)| named.clone().refitted(model, fitted, anew));
     Ok(refitted.collect())
 }
 

@@ -34,7 +34,7 @@ pub(crate) fn all(model: &Model, stages: &Stages) -> Vec<Named> {
     if model.tool.mass_kg == 0.0 {
         divide_by_mass(&mut named);
     }
-    named.into_iter().map(Named::bounded).collect()
+    named.into_iter().map(|one| one.bounded(model)).collect()
 }
 
 /// Of a tool without nominal mass the fit gives mass times centre of mass.
