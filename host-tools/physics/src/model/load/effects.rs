@@ -233,15 +233,12 @@ impl LoadEffect {
             let latest = (LATEST_S * logs.slower()).min(LATEST_SHARE * logs.shortest_s);
             return [low, high].map(|end| end.clamp(-latest, latest));
         }
-        if self.falls_over(parameter) {
-            return [low, high.min(FALLEN * logs.speed).max(low)];
-        }
-        let is_speed = matches!(parameter.unit, "m/s" | "rad/s");
-        match matches!(self.effect.law, Law::Guide(_)) && is_speed {
-            true => {
+        match self.is_speed_of_friction(parameter) {
+            true if parameter.is_form() => {
                 let largest = tried.values.iter().copied().fold(0.0, f64::max);
                 [low, high.min(SHARP * largest)]
             }
+            true => [low, high.min(FALLEN * logs.speed).max(low)],
             false => [low, high],
         }
     }
@@ -259,16 +256,17 @@ impl LoadEffect {
         let values = shape.tried.iter().map(|value| factor * value);
         let mut values: Vec<f64> = values.map(|value| value.clamp(low, high)).collect();
         values.dedup();
-        if known.is_some_and(|p| self.falls_over(p)) {
+        let falls = |p: &Parameter| self.is_speed_of_friction(p) && !p.is_form();
+        if known.is_some_and(falls) {
             values.extend(further(&values, high));
         }
         values
     }
 
-    /// Whether a parameter is the speed over which a friction falls.
-    fn falls_over(&self, parameter: &Parameter) -> bool {
+    /// Whether a parameter is a speed over which a friction falls or, as a form, turns round.
+    fn is_speed_of_friction(&self, parameter: &Parameter) -> bool {
         let is_speed = matches!(parameter.unit, "m/s" | "rad/s");
-        matches!(self.effect.law, Law::Guide(_)) && is_speed && !parameter.is_form()
+        matches!(self.effect.law, Law::Guide(_)) && is_speed
     }
 
     /// Whether readings and motion are of different times.
