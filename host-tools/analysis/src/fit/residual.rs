@@ -2,10 +2,12 @@
 
 use super::sandwich;
 use softdock_physics::model::load::effects::LoadEffect;
+use softdock_physics::model::load::loaded::LoadOfEach;
 use softdock_physics::model::prediction::signals::Signals;
 use softdock_physics::model::prediction::wrench::Nominal;
 use softdock_physics::model::prediction::{
     ChannelPrediction, Prediction, Six, bodies, executed, intervals, pose, predict_signals,
+    residual,
 };
 use softdock_physics::model::{Axis, Channel, Model};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -117,8 +119,25 @@ impl<'a> Residuals<'a> {
     pub(super) fn keep(&self, model: &Model) {
         let common = self.common(model);
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        if kept.as_ref().is_none_or(|kept| kept.0 != common) {
-            *kept = Some((common, Arc::new(self.unaffected(model))));
+        let before = kept.take().filter(|kept| kept.common == common);
+        *kept = Some(self.kept_of(model, common, before));
+    }
+
+    fn kept_of(&self, model: &Model, common: Model, before: Option<Kept>) -> Kept {
+        let (logs, loads) = match before {
+            Some(before) => (before.logs, before.loads),
+            None => (self.unaffected(model), Arc::default()),
+        };
+        let none = LoadOfEach::default();
+        let load = |(log, n): (&Unaffected, usize)| {
+            let before = loads.get(n).unwrap_or(&none);
+            log.wrench.load_of_each(model, before)
+        };
+        let loads = logs.iter().zip(0..).map(load).collect();
+        Kept {
+            common,
+            logs,
+            loads,
         }
     }
 
@@ -129,22 +148,28 @@ impl<'a> Residuals<'a> {
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
             .clone();
-        let kept = kept.filter(|kept| kept.0 == self.common(model));
-        let logs = kept.map_or_else(|| Arc::new(self.unaffected(model)), |kept| kept.1);
-        let both = logs.iter().zip(self.signals);
-        let wrenches: Vec<ChannelPrediction> = both
-            .map(|(log, signals)| log.wrench.with_effects(model, signals))
+        let common = self.common(model);
+        let kept = kept.filter(|kept| kept.common == common);
+        let Kept { logs, loads, .. } = kept.unwrap_or_else(|| self.kept_of(model, common, None));
+        let each = logs.iter().zip(self.signals).zip(&*loads);
+        let wrenches: Vec<Vec<Option<Six>>> = each
+            .map(|((log, signals), loads)| log.wrench.with_effects(model, signals, loads))
             .collect();
-        let of_row = |row: &Row| {
+        let missed_by = |row: &Row| {
             let log = &logs[row.log];
             let channel = match row.channel {
+                Channel::Wrench => {
+                    let measured = &self.signals[row.log].cycles[row.cycle].inputs.sensor.wrench;
+                    let read = wrenches[row.log][row.cycle]?;
+                    return residual(measured, &read, row.axis);
+                }
                 Channel::ExecutedVelocity => &log.executed,
-                Channel::Wrench => &wrenches[row.log],
                 Channel::ModelVelocity => &log.model_velocity,
                 Channel::Pose => log.pose.as_ref().unwrap_or(&self.poses[row.log]),
             };
-            channel.residual(row.cycle, row.axis).unwrap_or(0.0) / row.sigma
+            channel.residual(row.cycle, row.axis)
         };
+        let of_row = |row: &Row| missed_by(row).unwrap_or(0.0) / row.sigma;
         self.rows.iter().map(of_row).collect()
     }
 
@@ -161,7 +186,7 @@ impl<'a> Residuals<'a> {
     }
 
     /// What the models of [`Self::common`] have, of each log.
-    fn unaffected(&self, model: &Model) -> Vec<Unaffected> {
+    fn unaffected(&self, model: &Model) -> Arc<[Unaffected]> {
         // The model velocity shows what the controller believes of tool and sensor, not what is.
         let believed = Model {
             tool: self.given.tool.clone(),
@@ -183,8 +208,15 @@ impl<'a> Residuals<'a> {
     }
 }
 
-/// A model without its effects on the reading alone, and what each log has of it.
-type Kept = (Model, Arc<Vec<Unaffected>>);
+/// What models have in common, of each log.
+#[derive(Clone)]
+struct Kept {
+    /// The model without its effects on the reading alone.
+    common: Model,
+    logs: Arc<[Unaffected]>,
+    /// What the effects of the last model load the sensor with.
+    loads: Arc<[LoadOfEach]>,
+}
 
 /// What no effect on the reading alone changes of a log's prediction.
 struct Unaffected {

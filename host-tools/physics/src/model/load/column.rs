@@ -7,17 +7,17 @@ pub struct Column(pub [Vec<f64>; 6]);
 impl Column {
     /// From a wrench for each cycle; series without any load are left empty.
     pub fn of(count: usize, mut wrench: impl FnMut(usize) -> [f64; 6]) -> Self {
-        let mut column = Self(std::array::from_fn(|_| vec![0.0; count]));
-        let mut loaded = [false; 6];
+        let mut column = Self::default();
         for n in 0..count {
-            let values = wrench(n);
-            for axis in 0..6 {
-                column.0[axis][n] = values[axis];
-                loaded[axis] |= values[axis] != 0.0;
+            for (series, value) in column.0.iter_mut().zip(wrench(n)) {
+                if series.is_empty() && value != 0.0 {
+                    series.resize(count, 0.0);
+                }
+                if let Some(of_cycle) = series.get_mut(n) {
+                    *of_cycle = value;
+                }
             }
         }
-        let empty = column.0.iter_mut().zip(loaded).filter(|(_, some)| !some);
-        empty.for_each(|(series, _)| series.clear());
         column
     }
 

@@ -319,7 +319,7 @@ pub fn in_motion(
 
 /// Mass that hangs on the sensor: the nominal one, or without one what the model knows by an effect
 /// on the tool; 1 kg where it knows neither, so that a fit gives the product of both.
-fn hanging(model: &Model) -> f64 {
+pub(super) fn hanging(model: &Model) -> f64 {
     if model.tool.mass_kg > 0.0 {
         return model.tool.mass_kg;
     }

@@ -6,6 +6,7 @@ use crate::effects::{Actuator, Law, Role, Values};
 use crate::model::{EffectModel, FilterModel, Model};
 use softdock_statistics::LowPass;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 impl LoadEffect {
     /// The columns at some places as they stand in the log, through the filter of its import if it had
@@ -177,7 +178,7 @@ impl<'a> Loaded<'a> {
 /// What the reading shows of a further load: what acts on the reading as a whole (a delay, a gain) acts on
 /// all that loads the sensor, first the known effects, then `whole`.
 fn as_read(scene: &Scene, load: Column, whole: &[Valued<'_>]) -> Column {
-    let known = known(&scene.model, &scene.model.effects, true);
+    let known = known(&scene.model, &scene.model.effects);
     if whole.is_empty() && known.iter().all(|(law, _)| !law.acts_on_load()) {
         return scene.shown(load);
     }
@@ -190,14 +191,13 @@ fn as_read(scene: &Scene, load: Column, whole: &[Valued<'_>]) -> Column {
     scene.shown(reading.less(&scene.reading))
 }
 
-/// Effects of a model file: those that act on the reading as a whole, or those that load the sensor.
-fn known(model: &Model, effects: &[EffectModel], whole: bool) -> Vec<Valued<'static>> {
+/// Effects of a model file that act on the reading as a whole.
+fn known(model: &Model, effects: &[EffectModel]) -> Vec<Valued<'static>> {
     let laws = effects.iter().filter_map(|effect| {
         let law = LoadEffect::find(model, &effect.id)?;
         Some((law, law.given(&effect.parameters)))
     });
-    laws.filter(|(law, _)| law.acts_on_reading() == whole)
-        .collect()
+    laws.filter(|(law, _)| law.acts_on_reading()).collect()
 }
 
 /// Through the filter of the import.
@@ -212,7 +212,7 @@ fn through(filter: FilterModel, cycle_s: f64, mut part: Column) -> Column {
 /// Samples at the end of a stretch without gaps whose motion lies behind it: a drive is told a delay before it moves, and a clock
 /// may be late.
 pub fn beyond_the_end(scene: &Scene) -> usize {
-    let known = known(&scene.model, &scene.model.effects, true).into_iter();
+    let known = known(&scene.model, &scene.model.effects).into_iter();
     let acting = known.filter(|(effect, _)| effect.acts(scene));
     let ahead = acting.filter_map(|(effect, p)| match effect.effect.law {
         Law::Actuator(Actuator {
@@ -224,16 +224,51 @@ pub fn beyond_the_end(scene: &Scene) -> usize {
     (ahead.sum::<f64>().max(0.0) / scene.cycle_s).ceil() as usize
 }
 
-/// Adds what effects of a model file do to the reading of a scene. What acts on the reading as a
-/// whole acts last, wherever it stands in the file.
-pub fn add_known(scene: &mut Scene, effects: &[EffectModel]) {
-    for whole in [false, true] {
-        for (law, p) in known(&scene.model, effects, whole) {
-            let change = law.change_if_any(scene, &scene.reading, &p);
-            scene.reading.add(&change.0);
+/// What each effect of a model loads the sensor with. It depends on none of the other effects, but for the mass that hangs on the
+/// sensor: of models that differ in one of them the others need not be computed anew.
+#[derive(Default)]
+pub struct LoadOfEach {
+    hanging_kg: f64,
+    known: Vec<(EffectModel, Arc<Column>)>,
+}
+
+impl LoadOfEach {
+    /// Of the effects of a model file over a log, with what is known of them already.
+    pub fn of(scene: &Scene, effects: &[EffectModel], before: &Self) -> Self {
+        let hanging_kg = laws::hanging(&scene.model);
+        let same = |effect: &EffectModel| {
+            let known = before
+                .known
+                .iter()
+                .filter(|_| before.hanging_kg == hanging_kg);
+            let mut known = known.filter(|(other, _)| other == effect);
+            known.next().map(|(_, load)| Arc::clone(load))
+        };
+        let of = |effect: &EffectModel| {
+            let law = LoadEffect::find(&scene.model, &effect.id)?;
+            let p = law.given(&effect.parameters);
+            let load = (!law.acts_on_reading()).then(|| {
+                let computed = || law.change_if_any(scene, &scene.reading, &p).into();
+                same(effect).unwrap_or_else(computed)
+            })?;
+            Some((effect.clone(), load))
+        };
+        Self {
+            hanging_kg,
+            known: effects.iter().filter_map(of).collect(),
         }
-        if !whole {
-            scene.load = scene.reading.clone();
-        }
+    }
+}
+
+/// Adds what effects of a model file do to the reading of a scene, with what is known of the load of each. What acts on the reading
+/// as a whole acts last, wherever it stands in the file.
+pub fn add_known(scene: &mut Scene, effects: &[EffectModel], before: &LoadOfEach) {
+    for (_, load) in LoadOfEach::of(scene, effects, before).known {
+        scene.reading.add(&load.0);
+    }
+    scene.load = scene.reading.clone();
+    for (law, p) in known(&scene.model, effects) {
+        let change = law.change_if_any(scene, &scene.reading, &p);
+        scene.reading.add(&change.0);
     }
 }

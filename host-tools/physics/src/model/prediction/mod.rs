@@ -24,7 +24,7 @@ mod tests;
 pub mod wrench;
 
 use super::load::Scene;
-use super::load::loaded::add_known;
+use super::load::loaded::{LoadOfEach, add_known};
 use super::log::{Log, is_measured};
 use super::{Axis, Channel, Model, clock};
 use crate::effects::body::clock_jitter::{self, Scatter};
@@ -55,10 +55,8 @@ pub struct ChannelPrediction {
 impl ChannelPrediction {
     /// Measured minus predicted.
     pub fn residual(&self, cycle: usize, axis: Axis) -> Option<f64> {
-        let i = axis.index();
         let predicted = (*self.predicted.get(cycle)?)?;
-        let residual = self.measured.get(cycle)?[i] - predicted[i];
-        residual.is_finite().then_some(residual)
+        residual(self.measured.get(cycle)?, &predicted, axis)
     }
 
     /// Axes on which anything was measured: of a joint's log one of six, of a load cell those that it has.
@@ -71,6 +69,12 @@ impl ChannelPrediction {
     pub fn expected_sigma(&self, cycle: usize, axis: Axis) -> f64 {
         self.expected_sigma.get(cycle).unwrap_or(&self.sigma)[axis.index()]
     }
+}
+
+/// Measured minus predicted on an axis; None where either is missing.
+pub fn residual(measured: &Six, predicted: &Six, axis: Axis) -> Option<f64> {
+    let residual = measured[axis.index()] - predicted[axis.index()];
+    residual.is_finite().then_some(residual)
 }
 
 /// All predictions for a recording.
@@ -139,7 +143,7 @@ fn inertial_sigma(model: &Model, cycle_s: f64, acceleration_sigma: &Six) -> Six 
         };
         let pose = vec![Pose::identity()];
         let mut scene = Scene::new(model, cycle_s, vec![0.0], pose, vec![motion]);
-        add_known(&mut scene, &model.effects);
+        add_known(&mut scene, &model.effects, &LoadOfEach::default());
         scene.reading.row(0)
     };
     let without = reading([0.0; 6]);

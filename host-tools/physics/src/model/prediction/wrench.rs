@@ -10,6 +10,7 @@ mod added;
 use super::retimed::retimed;
 use super::signals::Signals;
 use super::{ChannelPrediction, Six, six};
+use crate::model::load::loaded::LoadOfEach;
 use crate::model::load::{Docked, Guide, LoadModel, Scene, Wall, on_tip};
 use crate::model::{Channel, Model};
 use nalgebra::Vector3;
@@ -24,7 +25,20 @@ pub fn predict(
     intervals_s: &[f64],
     executed: &ChannelPrediction,
 ) -> ChannelPrediction {
-    Nominal::new(model, signals, intervals_s, executed).with_effects(model, signals)
+    let nominal = Nominal::new(model, signals, intervals_s, executed);
+    let sensor = six(model.noise.force_n, model.noise.torque_n_m);
+    let sigma = |n: usize| {
+        let sampled = signals.sampled_in(n);
+        sampled.map_or(sensor, |sampled| nominal.sigma[sampled])
+    };
+    let cycles = signals.cycles.iter();
+    ChannelPrediction {
+        channel: Channel::Wrench,
+        measured: cycles.map(|c| c.inputs.sensor.wrench).collect(),
+        predicted: nominal.with_effects(model, signals, &LoadOfEach::default()),
+        sigma: sensor,
+        expected_sigma: (0..signals.len()).map(sigma).collect(),
+    }
 }
 
 /// What is predicted before effects act on the reading: the same for all models that differ in these alone, but for the zero of
@@ -32,8 +46,10 @@ pub fn predict(
 pub struct Nominal {
     /// Zero of the sensor.
     bias: Six,
-    /// Reading of each cycle, and its noise.
-    at: Vec<Option<(Six, Six)>>,
+    /// Reading at the instant of each cycle.
+    at: Vec<Option<Six>>,
+    /// Its noise.
+    sigma: Vec<Six>,
     /// What effects depend on, if the model has any.
     scene: Option<Scene>,
 }
@@ -50,42 +66,48 @@ impl Nominal {
         let placed = cycles.as_ref().map(|cycles| signals.with(cycles));
         let signals = placed.as_ref().unwrap_or(signals);
         let mut load = NoisyLoad::new(model, signals);
-        let at = (0..signals.len()).map(|n| load.next(signals, n, intervals_s));
+        let sensor = six(model.noise.force_n, model.noise.torque_n_m);
+        let next = |n| match load.next(signals, n, intervals_s) {
+            Some((reading, sigma)) => (Some(reading), sigma),
+            None => (None, sensor),
+        };
+        let (at, sigma) = (0..signals.len()).map(next).unzip();
         Self {
             bias: model.sensor.bias,
-            at: at.collect(),
+            at,
+            sigma,
             scene: added::scene(model, signals, intervals_s, executed),
         }
     }
 
-    /// With what the effects of a model contribute that is the same but for these and for the zero of the sensor.
-    pub fn with_effects(&self, model: &Model, signals: &Signals<'_>) -> ChannelPrediction {
+    /// What each effect of such a model loads the sensor with, given that of another.
+    pub fn load_of_each(&self, model: &Model, before: &LoadOfEach) -> LoadOfEach {
+        let scene = self.scene.as_ref();
+        let of = |scene: &Scene| LoadOfEach::of(&scene.with_model(model), &model.effects, before);
+        scene.map(of).unwrap_or_default()
+    }
+
+    /// Reading of each cycle with what the effects of a model contribute that is the same but for these and for the zero of the
+    /// sensor.
+    pub fn with_effects(
+        &self,
+        model: &Model,
+        signals: &Signals<'_>,
+        before: &LoadOfEach,
+    ) -> Vec<Option<Six>> {
         let mut at = self.at.clone();
-        for (wrench, _) in at.iter_mut().flatten() {
+        for wrench in at.iter_mut().flatten() {
             for ((value, bias), before) in wrench.iter_mut().zip(model.sensor.bias).zip(self.bias) {
                 *value += bias - before;
             }
         }
         if let Some(scene) = &self.scene {
-            added::add_effects(model, scene, &signals.steps, &mut at);
+            added::add_effects(model, scene, before, &signals.steps, &mut at);
         }
-        let sampled = |n| signals.sampled_in(n).and_then(|m| at[m]);
-        let sensor = six(model.noise.force_n, model.noise.torque_n_m);
-        let (mut predicted, mut expected_sigma) = (Vec::new(), Vec::new());
-        for of_cycle in (0..signals.len()).map(sampled) {
-            predicted.push(of_cycle.map(|(wrench, _)| wrench));
-            expected_sigma.push(of_cycle.map_or(sensor, |(_, sigma)| sigma));
-        }
-        let cycles = signals.cycles.iter();
-        let mut prediction = ChannelPrediction {
-            channel: Channel::Wrench,
-            measured: cycles.map(|c| c.inputs.sensor.wrench).collect(),
-            predicted,
-            sigma: sensor,
-            expected_sigma,
-        };
-        added::add_sampling(model, &mut prediction);
-        prediction
+        let sampled = |n| signals.sampled_in(n).and_then(|sampled| at[sampled]);
+        let mut read: Vec<Option<Six>> = (0..signals.len()).map(sampled).collect();
+        added::add_sampling(model, signals, &mut read);
+        read
     }
 }
 

@@ -12,7 +12,7 @@ use softdock_control::frames::{self, Pose, Twist};
 use softdock_control::wrench::Motion;
 use softdock_physics::model::Model;
 use softdock_physics::model::load::Scene;
-use softdock_physics::model::load::loaded::add_known;
+use softdock_physics::model::load::loaded::{LoadOfEach, add_known};
 use softdock_physics::model::log::Log;
 use softdock_physics::model::prediction::differences::{
     acceleration_of_means, acceleration_of_samples, velocity_of_means,
@@ -47,7 +47,7 @@ pub(crate) fn scene(
     let scene = scene.of_log(log.of_a_rig, log.whole_turns, &log.began);
     let mut scene = scene.with_sensor(log.measured());
     // What the model knows beyond its nominal load is no news.
-    add_known(&mut scene, &model.effects);
+    add_known(&mut scene, &model.effects, &LoadOfEach::default());
     scene
 }
 

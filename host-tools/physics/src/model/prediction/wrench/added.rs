@@ -7,7 +7,7 @@ use super::motion_of;
 use crate::effects::{Law, Sampling, by_id};
 use crate::model::load::Scene;
 use crate::model::load::effects::LoadEffect;
-use crate::model::load::loaded::{add_known, beyond_the_end};
+use crate::model::load::loaded::{LoadOfEach, add_known, beyond_the_end};
 use crate::model::{Axis, EffectModel, Model};
 use softdock_actuator::Reading;
 use softdock_control::frames::{Pose, Twist};
@@ -17,18 +17,19 @@ use softdock_control::wrench::Motion;
 pub(super) fn add_effects(
     model: &Model,
     nominal: &Scene,
+    loads: &LoadOfEach,
     steps: &[Step],
-    at: &mut [Option<(Six, Six)>],
+    at: &mut [Option<Six>],
 ) {
     let mut scene = nominal.with_model(model);
     let before = scene.reading.clone();
-    add_known(&mut scene, &model.effects);
+    add_known(&mut scene, &model.effects, loads);
     let beyond = beyond_the_end(&scene);
     for end in (1..=at.len()).filter(|n| steps.get(*n) != Some(&Step::Next)) {
         at[end.saturating_sub(beyond)..end].fill(None);
     }
     for (n, prediction) in at.iter_mut().enumerate() {
-        if let Some((wrench, _)) = prediction {
+        if let Some(wrench) = prediction {
             for (axis, value) in wrench.iter_mut().enumerate() {
                 *value += scene.reading.at(axis, n) - before.at(axis, n);
             }
@@ -98,7 +99,8 @@ fn is_right(executed: &ChannelPrediction) -> bool {
 }
 
 /// Applies what the sensor does to its samples: rounding, and repeating the last one.
-pub(super) fn add_sampling(model: &Model, prediction: &mut ChannelPrediction) {
+pub(super) fn add_sampling(model: &Model, signals: &Signals<'_>, readings: &mut [Option<Six>]) {
+    let measured = |n: usize| &signals.cycles[n].inputs.sensor.wrench;
     for effect in &model.effects {
         let Some(known) = by_id(&effect.id) else {
             continue;
@@ -107,9 +109,9 @@ pub(super) fn add_sampling(model: &Model, prediction: &mut ChannelPrediction) {
             continue;
         };
         let values = known.values(&effect.parameters);
-        for (n, predicted) in prediction.predicted.iter_mut().enumerate() {
-            let before = n.checked_sub(1).map(|before| &prediction.measured[before]);
-            *predicted = predicted.and_then(|p| read(&values, p, &prediction.measured[n], before));
+        for (n, reading) in readings.iter_mut().enumerate() {
+            let before = n.checked_sub(1).map(measured);
+            *reading = reading.and_then(|r| read(&values, r, measured(n), before));
         }
     }
 }
