@@ -71,7 +71,7 @@ impl StageResults {
             cost: &moved,
             intervals,
             actuator: actuator.as_ref(),
-            fits: Arc::default(),
+            memo: Arc::default(),
         };
         let mut searches = 0;
         let mut search = |model: &Model, question: &Question<'_>| {

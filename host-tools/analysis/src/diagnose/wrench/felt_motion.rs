@@ -3,7 +3,7 @@
 use super::finding::WrenchFinding;
 use super::sampling::Sampling;
 use super::search;
-use super::{Ask, Fits, Found, Joint, PreparedLog, exchanged, scene};
+use super::{Ask, Found, Joint, Memo, PreparedLog, exchanged, scene};
 use crate::diagnose::actuator::{self, ActuatorFinding, Cost, Term};
 use crate::diagnose::catalogue::is_shape;
 use crate::diagnose::evidence::NAMED;
@@ -27,7 +27,7 @@ pub(crate) struct Motion<'a> {
     pub(crate) intervals: &'a Logs<Vec<f64>>,
     pub(crate) actuator: Option<&'a ActuatorFinding>,
     /// What the searches have fitted.
-    pub(crate) fits: Arc<Fits>,
+    pub(crate) memo: Arc<Memo>,
 }
 
 impl Motion<'_> {
@@ -87,7 +87,7 @@ pub(crate) fn wrench_stage(
     if !logs.all.iter().all(measured) {
         return None;
     }
-    let mut prepared = Joint::new(motion.felt(model, sampling), logs.fitted, &motion.fits);
+    let mut prepared = Joint::new(motion.felt(model, sampling), logs.fitted, &motion.memo);
     if let Some(smooth) = question.beside {
         prepared.stand_beside(smooth);
     }

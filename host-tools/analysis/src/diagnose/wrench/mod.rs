@@ -12,10 +12,11 @@ pub(crate) mod search;
 
 pub(crate) use regression::fitted::Fitted;
 pub(crate) use regression::joint::{Joint, Smooth};
+pub(crate) use regression::memo::Memo;
 pub(crate) use regression::motions::scene;
 pub(crate) use regression::prepared_log::{PreparedLog, sheet_sigma};
 pub(crate) use regression::problem::{Problem, Segment, Solution, subtract};
-pub(crate) use regression::tested::{Fits, Tested};
+pub(crate) use regression::tested::Tested;
 pub(crate) use remainder::{
     Remainder, Ripple, Standing, remainder, ripples, smooth, standings, worths,
 };

@@ -3,6 +3,7 @@
 use super::fitted::Fitted;
 use super::hypothesis::{Hypothesis, Part};
 use super::joint::Joint;
+use super::memo::Key;
 use super::problem::{Problem, Solution};
 use super::refined::Refined;
 use super::shaped::{Care, Shaped};
@@ -34,7 +35,7 @@ pub(crate) fn fitted_to(
 ) -> Tested {
     let key = key([problem, &joint.problem], library, hypothesis, care);
     let fit = || fit(problem, library, hypothesis, joint, care);
-    joint.fits.known_or(key, fit)
+    joint.memo.fit(key, fit)
 }
 
 fn fit(
@@ -212,7 +213,7 @@ fn key(
     library: &Library,
     hypothesis: &Hypothesis,
     care: Care,
-) -> Vec<u64> {
+) -> Key {
     let mut key = vec![u64::from(care == Care::Estimating)];
     for problem in [problem, of_all] {
         key.extend(problem.fingerprint());

@@ -1,10 +1,11 @@
 //! The logs together, with one regression.
 
 use super::fitted::Fitted;
+use super::memo::Memo;
 use super::nuisance;
 use super::prepared_log::PreparedLog;
 use super::problem::{Problem, Segment, subtract};
-use super::tested::{Fits, Tested};
+use super::tested::Tested;
 use crate::diagnose::evidence::{self, strained};
 use nalgebra::DVector;
 use softdock_physics::model::Axis;
@@ -46,8 +47,8 @@ pub(crate) struct Joint {
     frozen: Vec<usize>,
     /// A smooth remainder is among the tolerances.
     pub(crate) has_remainder: bool,
-    /// Hypotheses that the searches of the diagnosis have fitted.
-    pub(crate) fits: Arc<Fits>,
+    /// What the searches of the diagnosis have computed.
+    pub(crate) memo: Arc<Memo>,
 }
 
 /// The highest point of a parabola through 0 at 0, of which the values at 1 and at -1 are given; 0 for one that has none.
@@ -78,8 +79,8 @@ impl Joint {
         }
     }
 
-    /// All logs together. `fits`: of all searches of the diagnosis.
-    pub(crate) fn new(logs: Vec<PreparedLog>, fitted: usize, fits: &Arc<Fits>) -> Self {
+    /// All logs together. `memo`: of all searches of the diagnosis.
+    pub(crate) fn new(logs: Vec<PreparedLog>, fitted: usize, memo: &Arc<Memo>) -> Self {
         let problem = problem(&logs, &[], |_, _| true);
         let joint = Self {
             logs,
@@ -89,7 +90,7 @@ impl Joint {
             levels: [0.0; 2],
             frozen: Vec::new(),
             has_remainder: false,
-            fits: Arc::clone(fits),
+            memo: Arc::clone(memo),
         };
         let mut known: Vec<Column> = joint.logs.iter().map(|log| log.scene.known()).collect();
         known.iter_mut().for_each(|column| column.scale(-1.0));

@@ -6,6 +6,7 @@ pub(crate) mod gauss_newton;
 pub(crate) mod gram;
 pub(crate) mod hypothesis;
 pub(crate) mod joint;
+pub(crate) mod memo;
 pub(crate) mod motions;
 pub(crate) mod nuisance;
 pub(crate) mod prepared_log;

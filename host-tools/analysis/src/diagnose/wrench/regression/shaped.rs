@@ -2,6 +2,7 @@
 
 use super::hypothesis::Part;
 use super::joint::Joint;
+use super::memo::{Built, Key};
 use super::prepared_log::PreparedLog;
 use super::problem::{Problem, Projected, Solution, products, solve, subtract};
 use super::variants::Library;
@@ -11,6 +12,7 @@ use softdock_physics::model::load::effects::{LoadEffect, Shape, Sign};
 use softdock_physics::model::load::loaded::{Loaded, Valued};
 use std::cell::RefCell;
 use std::rc::Rc;
+use std::sync::Arc;
 
 /// Share of a shape to which its best value is known.
 pub(super) const RESOLVED: f64 = 5e-4;
@@ -59,7 +61,7 @@ pub(crate) struct Shaped<'a> {
     library: &'a Library,
     pub(super) parts: &'a [Part],
     /// Per part; none where it has nothing to act on.
-    pub(super) white: Vec<Option<Vec<Projected>>>,
+    pub(super) white: Vec<Built>,
     /// Shapes of each part, and coefficients of all columns, around which the columns of what moves the reading in
     /// time stand.
     pub(super) shapes: Vec<Vec<f64>>,
@@ -124,17 +126,28 @@ impl<'a> Shaped<'a> {
         self.move_in_time();
     }
 
-    pub(super) fn built(&self, i: usize, shapes: &[f64], around: &[f64]) -> Option<Vec<Projected>> {
-        let part = &self.parts[i];
-        let effect = self.effect(part);
+    pub(super) fn built(&self, i: usize, shapes: &[f64], around: &[f64]) -> Built {
         if self.is_late(i) {
-            return Some(vec![self.beside_others(i, shapes)?]);
+            return Some([self.beside_others(i, shapes)?].into());
         }
-        let columns = self
-            .joint
-            .columns(self.problem, effect, shapes, &part.used, around)?;
-        let columns = columns.into_iter();
-        Some(columns.map(|c| self.problem.projected(c)).collect())
+        let (joint, part) = (self.joint, &self.parts[i]);
+        let effect = self.effect(part);
+        joint.memo.columns(self.key(part, shapes, around), || {
+            let columns = joint.columns(self.problem, effect, shapes, &part.used, around)?;
+            let columns = columns.into_iter();
+            Some(columns.map(|c| self.problem.projected(c)).collect())
+        })
+    }
+
+    /// What the columns of a part follow from.
+    fn key(&self, part: &Part, shapes: &[f64], around: &[f64]) -> Key {
+        // Each entry of a catalogue stands in one place of memory.
+        let effect = std::ptr::from_ref(self.effect(part)).addr();
+        let counts = [effect, shapes.len(), around.len()].into_iter();
+        let counts = counts.chain(part.used.iter().copied());
+        let numbers = shapes.iter().chain(around).map(|number| number.to_bits());
+        let key = counts.map(|count| count as u64).chain(numbers);
+        key.chain(self.problem.fingerprint()).collect()
     }
 
     /// Whether a part moves in time what others load the sensor with.
@@ -166,7 +179,7 @@ impl<'a> Shaped<'a> {
         let all = (0..self.parts.len()).filter(loads);
         let all: Vec<&Projected> = all
             .filter_map(|i| self.white[i].as_ref())
-            .flatten()
+            .flat_map(|own| own.iter())
             .collect();
         let right = DVector::from_iterator(all.len(), all.iter().map(|p| p.right));
         let places: Vec<usize> = (0..all.len()).collect();
@@ -260,7 +273,12 @@ impl<'a> Shaped<'a> {
     }
 
     pub(super) fn multiply(&mut self) {
-        let all: Vec<&Projected> = self.white.iter().flatten().flatten().collect();
+        let all: Vec<&Projected> = self
+            .white
+            .iter()
+            .flatten()
+            .flat_map(|own| own.iter())
+            .collect();
         self.gram = products(&all);
     }
 
@@ -277,7 +295,7 @@ impl<'a> Shaped<'a> {
                 changed = all.len()..all.len() + own.len();
                 all.extend(own);
             } else {
-                all.extend(white.as_ref()?);
+                all.extend(white.as_ref()?.iter());
             }
         }
         let mut gram = self.gram.clone();
@@ -320,7 +338,7 @@ impl<'a> Shaped<'a> {
     /// What all parts contribute.
     pub(crate) fn sum(&self, coefficients: &[f64]) -> Column {
         let mut sum = Column::default();
-        let columns = self.white.iter().flatten().flatten();
+        let columns = self.white.iter().flatten().flat_map(|own| own.iter());
         for (column, factor) in columns.zip(coefficients) {
             subtract(&mut sum, &column.column, -factor);
         }
@@ -357,8 +375,8 @@ impl<'a> Shaped<'a> {
     /// Columns of all parts; none if one has nothing to act on in these rows.
     pub(super) fn columns(&self) -> Option<Vec<&Projected>> {
         let each = self.white.iter().map(Option::as_ref);
-        let each: Vec<&Vec<Projected>> = each.collect::<Option<_>>()?;
-        Some(each.into_iter().flatten().collect())
+        let each: Vec<&Arc<[Projected]>> = each.collect::<Option<_>>()?;
+        Some(each.into_iter().flat_map(|own| own.iter()).collect())
     }
 
     /// Takes other shapes for all parts.

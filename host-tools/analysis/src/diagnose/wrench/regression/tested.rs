@@ -1,13 +1,10 @@
-//! What a fit makes of a hypothesis, and fits that were made before: the searches of one diagnosis come upon the same hypotheses
-//! again and again.
+//! What a fit makes of a hypothesis.
 
 use super::fitted::Fitted;
 use crate::diagnose::finding::Trial;
 use softdock_physics::model::Channel;
 use softdock_physics::model::load::loaded::{Loaded, Valued, contribution};
 use softdock_physics::model::load::{Column, Scene};
-use std::collections::HashMap;
-use std::sync::{Mutex, PoisonError};
 
 /// A hypothesis after its shapes were refined, with its evidence on all logs.
 #[derive(Clone, Debug, Default)]
@@ -98,23 +95,5 @@ impl Tested {
             Some(load) => contribution(scene, &[load]),
             None => Column::default(),
         }
-    }
-}
-
-/// Fits of one diagnosis.
-#[derive(Default)]
-pub(crate) struct Fits(Mutex<HashMap<Vec<u64>, Tested>>);
-
-impl Fits {
-    /// A fit that was made before, or is made now. All that it follows from is in its key, the logs by what is left of them in every
-    /// bit: those of another problem agree in none of it.
-    pub(crate) fn known_or(&self, key: Vec<u64>, fit: impl FnOnce() -> Tested) -> Tested {
-        let fits = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = fits().get(&key).cloned();
-        known.unwrap_or_else(|| {
-            let fit = fit();
-            fits().insert(key, fit.clone());
-            fit
-        })
     }
 }

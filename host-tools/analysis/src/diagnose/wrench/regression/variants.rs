@@ -298,7 +298,7 @@ fn combinations(effect: &LoadEffect, logs: Pace) -> Vec<Vec<f64>> {
 mod tests {
     use super::*;
     use crate::diagnose::noise::autoregressive::AutoregressiveNoise;
-    use crate::diagnose::wrench::Fits;
+    use crate::diagnose::wrench::Memo;
     use softdock_control::frames::{Pose, Twist};
     use softdock_control::wrench::Motion;
     use softdock_physics::model::Model;
@@ -338,7 +338,7 @@ mod tests {
             has_own_origin: false,
             scene,
         };
-        Joint::new(vec![log], 1, &Arc::new(Fits::default()))
+        Joint::new(vec![log], 1, &Arc::new(Memo::default()))
     }
 
     /// A library that is made after a tolerance was taken away, and one that was made before, are the same.

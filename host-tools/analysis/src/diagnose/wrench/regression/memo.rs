@@ -1,0 +1,80 @@
+//! What the searches of one diagnosis have computed before: they come upon the same hypotheses, and the same columns, again and again.
+
+use super::problem::Projected;
+use super::tested::Tested;
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// Values that a generation of columns holds at most, 64 MB.
+const MOST_VALUES: usize = 8 << 20;
+
+/// All that a result follows from, the logs by what is left of them in every bit: those of another problem agree in none of it.
+pub(crate) type Key = Vec<u64>;
+
+/// Columns of an effect; none where it has nothing to act on.
+pub(crate) type Built = Option<Arc<[Projected]>>;
+
+/// Of one diagnosis.
+#[derive(Default)]
+pub(crate) struct Memo {
+    fits: Mutex<HashMap<Key, Tested>>,
+    columns: Mutex<Generations>,
+}
+
+/// Columns that were asked for lately, and those of before, which are dropped when the former are too many.
+#[derive(Default)]
+struct Generations {
+    young: HashMap<Key, Built>,
+    old: HashMap<Key, Built>,
+    values: usize,
+}
+
+impl Memo {
+    /// A fit that was made before, or is made now.
+    pub(crate) fn fit(&self, key: Key, fit: impl FnOnce() -> Tested) -> Tested {
+        let known = locked(&self.fits).get(&key).cloned();
+        known.unwrap_or_else(|| {
+            let fit = fit();
+            locked(&self.fits).insert(key, fit.clone());
+            fit
+        })
+    }
+
+    /// Columns that were evaluated before, or are now.
+    pub(crate) fn columns(&self, key: Key, evaluate: impl FnOnce() -> Built) -> Built {
+        let known = locked(&self.columns).find(&key);
+        known.unwrap_or_else(|| {
+            let built = evaluate();
+            locked(&self.columns).keep(key, built.clone());
+            built
+        })
+    }
+}
+
+impl Generations {
+    fn find(&mut self, key: &Key) -> Option<Built> {
+        if let Some(built) = self.young.get(key) {
+            return Some(built.clone());
+        }
+        let (key, built) = self.old.remove_entry(key)?;
+        self.keep(key, built.clone());
+        Some(built)
+    }
+
+    fn keep(&mut self, key: Key, built: Built) {
+        let values = |built: &Built| -> usize {
+            let columns = built.iter().flat_map(|columns| columns.iter());
+            columns.flat_map(|c| &c.column.0).map(Vec::len).sum()
+        };
+        self.values += values(&built);
+        if self.values > MOST_VALUES {
+            self.values = values(&built);
+            self.old = std::mem::take(&mut self.young);
+        }
+        self.young.insert(key, built);
+    }
+}
+
+fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
+    of.lock().unwrap_or_else(PoisonError::into_inner)
+}
