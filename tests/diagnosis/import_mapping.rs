@@ -234,6 +234,14 @@ fn a_pose_that_is_not_in_the_table_is_the_way_of_the_velocity_and_no_sensor_is_n
         last.trace.pose
     );
     assert!(last.inputs.sensor.wrench.iter().all(|f| f.is_nan()));
+
+    // What a vehicle has driven in an hour is not the position of an axis in mm.
+    let log = table("v,w", 400, |n| format!("{},0", n * n));
+    let logs = imported("mapping_integrate_far", mapping, &[("log.csv", log)]).unwrap();
+    let far = logs.train[0].cycles.last().unwrap().trace.pose[0];
+    assert!(far > 50.0, "{far}");
+    let of_units = |told: &&String| told.contains("in mm?");
+    assert_eq!(logs.warnings.iter().find(of_units), None);
 }
 
 /// KUKA's A, B, C: about z, then the new y, then the new x, in degrees.

@@ -38,7 +38,9 @@ pub(super) fn check(
 ) -> Result<(), CheckError> {
     let name = context.name;
     let mut warn = |text: String| warnings.push(format!("{name}: {text}"));
-    positions(cycles, &mut warn);
+    if !are_integrals(cycles, sample_time_s) {
+        positions(cycles, &mut warn);
+    }
     velocities(cycles, &mut warn);
     loads(cycles, &mut warn);
     quaternion(cycles, &mut warn);
@@ -73,6 +75,33 @@ fn largest<'a>(cycles: &'a [CycleRecord], part: impl Fn(&'a CycleRecord) -> &'a 
 
 fn rounded(value: f64) -> String {
     number::significant(value, 4)
+}
+
+/// Whether the positions are the integrals of the velocities, not measured: they have no unit of their own. Of measured ones no
+/// velocity is the mean in every cycle.
+fn are_integrals(cycles: &[CycleRecord], sample_time_s: f64) -> bool {
+    /// Of a step, as a share of the position.
+    const ROUNDING: f64 = 1e-9;
+    /// Behind a gap the sum goes on from where it was.
+    const GAP: f64 = 1.5;
+    let traces = cycles.iter().map(|cycle| &cycle.trace);
+    let mut steps = traces.clone().zip(traces.skip(1));
+    let moves = |axis: usize| {
+        cycles
+            .iter()
+            .any(|c| c.trace.executed_velocity[axis] != 0.0)
+    };
+    let moving: Vec<usize> = (0..3).filter(|axis| moves(*axis)).collect();
+    !moving.is_empty()
+        && steps.all(|(before, after)| {
+            let is_integral = |axis: &usize| {
+                let (x, v) = (after.pose[*axis], after.executed_velocity[*axis]);
+                let mean = 0.5 * (before.executed_velocity[*axis] + v);
+                let step = x - before.pose[*axis];
+                (step - sample_time_s * mean).abs() <= ROUNDING * x.abs()
+            };
+            after.time_s - before.time_s > GAP * sample_time_s || moving.iter().all(is_integral)
+        })
 }
 
 fn positions(cycles: &[CycleRecord], warn: &mut impl FnMut(String)) {
