@@ -51,14 +51,32 @@ fn velocity(fastest: f64) -> Vec<Spec> {
 /// What a search tries for the parameters of a stage; limits are scaled by what the log holds.
 pub(crate) fn specs(stage: Stage, scale: &Scale) -> Vec<Spec> {
     match stage {
-        Stage::Delay => vec![spec("extra_delay_s", "s", 2e-5, 0.12, 14)],
-        Stage::Lag => vec![spec("extra_lag_s", "s", 5e-5, 0.12, 12)],
+        Stage::Delay => {
+            let [low, high] = [2e-5, LATEST_S].map(|s| s * scale.slower);
+            vec![spec("extra_delay_s", "s", low, high, 14)]
+        }
+        Stage::Lag => {
+            let [low, high] = [5e-5, LATEST_S].map(|s| s * scale.slower);
+            vec![spec("extra_lag_s", "s", low, high, 12)]
+        }
         Stage::Resonance => vec![
-            spec("frequency_hz", "Hz", 2.5, scale.nyquist_hz, 22),
+            spec(
+                "frequency_hz",
+                "Hz",
+                2.5 / scale.slower,
+                scale.nyquist_hz,
+                22,
+            ),
             spec("damping_ratio", "-", 0.008, 0.3, 4),
         ],
         Stage::Servo | Stage::ServoForLag => vec![
-            spec("frequency_hz", "Hz", 1.0, scale.nyquist_hz, 10),
+            spec(
+                "frequency_hz",
+                "Hz",
+                1.0 / scale.slower,
+                scale.nyquist_hz,
+                10,
+            ),
             spec("damping_ratio", "-", 0.3, 0.99, 3),
         ],
         Stage::Pause(..) => vec![spec("pause_s", "s", 3e-4, 0.1, 16)],
@@ -116,7 +134,14 @@ pub(crate) struct Scale {
     pub sent_jerk: f64,
     /// Half of the cycle rate, Hz.
     pub nyquist_hz: f64,
+    /// By how much slower than a docking rig's drive one of such cycles may be: a log has as many rows of an answer as its user wanted.
+    pub slower: f64,
 }
+
+/// Cycles that the slowest drive of a docking rig, of 4 ms, takes to answer: the delays and lags that are tried end there.
+const LATEST_CYCLES: f64 = 30.0;
+/// Their duration, s.
+const LATEST_S: f64 = 0.12;
 
 impl Scale {
     /// Of sent and nominally executed velocities.
@@ -132,6 +157,7 @@ impl Scale {
             sent_acceleration: 0.0,
             sent_jerk: 0.0,
             nyquist_hz: 0.5 / cycle_s,
+            slower: (cycle_s * LATEST_CYCLES / LATEST_S).max(1.0),
         };
         for (sent, nominal) in series {
             let [velocity, acceleration, jerk] = largest(nominal, cycle_s);
@@ -157,4 +183,23 @@ fn largest(series: &[f64], cycle_s: f64) -> [f64; 3] {
         steps.fold(0.0, f64::max) / cycle_s,
         bends.fold(0.0, f64::max) / (cycle_s * cycle_s),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slow_log_is_asked_for_slow_drives() {
+        let latest = |cycle_s: f64| {
+            let scale = Scale::of(std::iter::empty(), cycle_s);
+            [Stage::Delay, Stage::Lag].map(|stage| specs(stage, &scale)[0].high)
+        };
+        // A docking rig, one that is faster, and a vehicle of 20 Hz.
+        for (cycle_s, expected) in [(0.004, 0.12), (0.001, 0.12), (0.05, 1.5)] {
+            for high in latest(cycle_s) {
+                assert!((high - expected).abs() < 1e-12, "{cycle_s} s: {high}");
+            }
+        }
+    }
 }

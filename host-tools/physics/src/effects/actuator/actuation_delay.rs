@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
                 acceleration, without distortion",
     typical: "32 ms in total on a KUKA robot with RSI, 16 to 26 ms on a UR5; a few ms beyond what a data \
               sheet says",
-    parameters: &[Parameter::new("extra_delay_s", "s", 0.0, 0.2)
+    parameters: &[Parameter::new("extra_delay_s", "s", 0.0, 10.0)
         .delay_or_lag()
         .hidden(0.012, 0.022)
         .pictured(0.032)],

@@ -17,7 +17,7 @@ pub const EFFECT: Effect = Effect {
     signature: "executed velocity is late by the time constant and its edges are rounded; a pure delay keeps \
                 them sharp",
     typical: "2 to 30 ms: the bandwidth of the velocity loop",
-    parameters: &[Parameter::new("extra_lag_s", "s", 0.0, 0.2)
+    parameters: &[Parameter::new("extra_lag_s", "s", 0.0, 10.0)
         .delay_or_lag()
         .hidden(0.012, 0.022)
         .pictured(0.03)],
