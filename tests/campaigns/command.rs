@@ -36,7 +36,7 @@ fn a_row_is_a_run_bit_for_bit() {
     // It ends in a latched fault, which the row says and the command's exit code.
     let run = softdock(&folder, &words("run row.toml -o run.mcap --json"));
     assert_eq!(run.code, Some(1));
-    let run: Value = serde_json::from_str(&run.stdout).unwrap();
+    let run = run.json();
     let same = Recording::open(&folder.join("run.mcap")).unwrap();
     assert!(same.cycles == recording.cycles && same.truth == recording.truth);
     for (name, in_run, scale) in [

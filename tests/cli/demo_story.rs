@@ -1,20 +1,14 @@
 //! `softdock demo`: what it finds, what it writes, and that it says the same again.
 
-use serde_json::Value;
 use softdock_physics::model::Model;
-use softdock_tests::process::{Finished, demonstration, done, scratch, softdock, words};
-
-fn json(run: &Finished) -> Value {
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
-    serde_json::from_str(&run.stdout).unwrap_or_else(|error| panic!("{error} in {}", run.stdout))
-}
+use softdock_tests::process::{demonstration, done, json, scratch, softdock, words};
 
 /// An effect of a size that the seed draws is named, its value found and its error gone.
 #[test]
 fn a_hidden_effect_is_found_added_and_removed() {
     let folder = scratch("demo_found");
-    let arguments = words("demo --effect guide_viscous --seed 1 -o a --json");
-    let told = json(&softdock(&folder, &arguments));
+    let arguments = words("demo --effect guide_viscous --seed 1 -o a");
+    let told = json(&folder, &arguments);
     assert_eq!(told["found"], true, "{told:#}");
     assert_eq!(told["hidden"][0]["id"], "guide_viscous");
     assert_eq!(told["diagnosis"]["verdict"], "named");
@@ -37,10 +31,7 @@ fn a_hidden_effect_is_found_added_and_removed() {
     }
     assert_eq!(told["report"], "a/diagnose.html");
     // The same seed tells the same story.
-    let again = json(&softdock(
-        &folder,
-        &[&arguments[..5], &["-o", "b", "--json"]].concat(),
-    ));
+    let again = json(&folder, &[&arguments[..5], &["-o", "b"]].concat());
     assert_eq!(told["answers"], again["answers"]);
     let model = |name: &str| std::fs::read_to_string(folder.join(name).join("model.toml")).unwrap();
     assert_eq!(model("a"), model("b"));
@@ -50,7 +41,8 @@ fn a_hidden_effect_is_found_added_and_removed() {
 #[test]
 fn the_default_is_a_late_robot_that_pauses() {
     let (folder, told) = demonstration();
-    let told = json(told);
+    assert_eq!(told.code, Some(0), "{}", told.stderr);
+    let told = told.json();
     assert_eq!(told["found"], true, "{told:#}");
     let restitution = |step: usize| {
         told["steps"][step]["impact"]["restitution"]
@@ -80,16 +72,9 @@ fn the_story_tells_its_steps_and_refuses_what_it_cannot_do() {
     ] {
         assert!(run.contains(expected), "{expected} in {}", run);
     }
-    let again = softdock(&folder, &arguments);
-    assert_eq!(again.code, Some(1));
-    assert!(again.stderr.contains("--force"), "{}", again.stderr);
+    softdock(&folder, &arguments).refused(&["--force"]);
     let unknown = softdock(&folder, &["demo", "--effect", "ft_bais", "-o", "c"]);
-    assert_eq!(unknown.code, Some(1));
-    assert!(
-        unknown.stderr.contains("did you mean `ft_bias`?"),
-        "{}",
-        unknown.stderr
-    );
+    unknown.refused(&["did you mean `ft_bias`?"]);
     assert!(
         !folder.join("c").exists(),
         "nothing is written before the effect is known"

@@ -1,20 +1,18 @@
 //! `softdock effects`: the list, the lesson of one effect, and its picture in a file.
 
 use softdock_physics::effects::CATALOGUE;
-use softdock_tests::process::{scratch, softdock};
+use softdock_tests::process::{done, json, scratch, softdock};
 use std::fs;
 
 #[test]
 fn the_list_has_every_effect_with_its_parameters() {
     let folder = scratch("cli_effects_list");
-    let text = softdock(&folder, &["effects"]);
-    let json = softdock(&folder, &["effects", "--json"]);
-    assert!(text.success && json.success, "{}", json.stderr);
-    let document: serde_json::Value = serde_json::from_str(&json.stdout).unwrap();
+    let text = done(&folder, &["effects"]);
+    let document = json(&folder, &["effects"]);
     let listed = document["effects"].as_array().unwrap();
     assert_eq!(listed.len(), CATALOGUE.len());
     for (effect, listed) in CATALOGUE.iter().zip(listed) {
-        assert!(text.stdout.contains(effect.id), "{}", effect.id);
+        assert!(text.contains(effect.id), "{}", effect.id);
         assert_eq!(listed["id"], effect.id);
         assert_eq!(listed["parameters"][0]["name"], effect.parameters[0].name);
     }

@@ -2,7 +2,7 @@
 //! are there already, cut off, or of another version.
 
 use serde_json::Value;
-use softdock_tests::process::{Finished, scratch, softdock, words};
+use softdock_tests::process::{done, json, scratch, softdock, words};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -10,42 +10,14 @@ use std::sync::OnceLock;
 /// The scenario that comes with the program: one impact at 5 mm/s, 750 cycles.
 const SCENARIO: &str = include_str!("../../host-tools/scenarios/spring-rod.toml");
 
-/// The one JSON document on standard output.
-fn json(run: &Finished) -> Value {
-    // Anything besides the one document is an error of the parser.
-    serde_json::from_str(&run.stdout)
-        .unwrap_or_else(|error| panic!("{error} in\n{}\n{}", run.stdout, run.stderr))
-}
-
-fn assert_success(run: &Finished) {
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
-}
-
-/// Ends with 1, says nothing on standard output, and says `expected` on standard error.
-fn assert_failure(run: &Finished, expected: &str) {
-    assert_eq!(
-        (run.code, run.stdout.as_str()),
-        (Some(1), ""),
-        "{}",
-        run.stderr
-    );
-    let error = run.stderr.lines().find(|line| line.starts_with("error: "));
-    assert!(
-        error.is_some() && run.stderr.contains(expected),
-        "expected `{expected}` in {}",
-        run.stderr
-    );
-}
-
 /// A recording of the scenario, and what `run --json` said about it.
 fn recorded() -> &'static (Vec<u8>, Value) {
     static RUN: OnceLock<(Vec<u8>, Value)> = OnceLock::new();
     RUN.get_or_init(|| {
         let folder = scratch("cli_run");
         fs::write(folder.join("scenario.toml"), SCENARIO).unwrap();
-        let run = softdock(&folder, &words("run scenario.toml -o run.mcap --json"));
-        assert_success(&run);
-        (fs::read(folder.join("run.mcap")).unwrap(), json(&run))
+        let told = json(&folder, &words("run scenario.toml -o run.mcap"));
+        (fs::read(folder.join("run.mcap")).unwrap(), told)
     })
 }
 
@@ -89,7 +61,7 @@ fn a_run_that_ends_in_a_fault_is_no_success() {
     assert_eq!(run.code, Some(1));
     let says = "the run ended in a latched fault: ";
     assert!(run.stderr.contains(says), "{}", run.stderr);
-    assert_eq!(json(&run)["final_mode"], "Fault");
+    assert_eq!(run.json()["final_mode"], "Fault");
     assert!(folder.join("run.mcap").exists());
 }
 
@@ -97,52 +69,44 @@ fn a_run_that_ends_in_a_fault_is_no_success() {
 fn run_obeys_its_options_and_names_mistakes() {
     let folder = scratch("cli_run_options");
     fs::write(folder.join("scenario.toml"), SCENARIO).unwrap();
-    let run = softdock(
-        &folder,
-        &words("run scenario.toml -o run.mcap --speed-mm-s 8 --json"),
-    );
-    assert_success(&run);
-    let speed = json(&run)["impacts"][0]["speed_in_mm_s"].as_f64().unwrap();
+    let run = "run scenario.toml -o run.mcap --speed-mm-s 8";
+    let run = json(&folder, &words(run));
+    let speed = run["impacts"][0]["speed_in_mm_s"].as_f64().unwrap();
     assert!((speed - 8.0).abs() < 0.08, "{speed} mm/s");
 
     let wrong = SCENARIO.replace("stiffness_n_per_m", "stiffness_n_per_mm");
     fs::write(folder.join("wrong.toml"), wrong).unwrap();
-    let run = softdock(&folder, &["run", "wrong.toml", "-o", "other.mcap"]);
-    assert_failure(&run, "did you mean `stiffness_n_per_m`?");
-    assert_failure(
-        &softdock(&folder, &["run", "scenari.toml", "-o", "other.mcap"]),
-        "scenario.toml",
-    );
+    for (name, says) in [
+        ("wrong.toml", "did you mean `stiffness_n_per_m`?"),
+        ("scenari.toml", "scenario.toml"),
+    ] {
+        softdock(&folder, &["run", name, "-o", "other.mcap"]).refused(&[says]);
+    }
     assert!(
         !folder.join("other.mcap").exists(),
         "a refused run leaves no recording"
     );
-    assert_failure(
-        &softdock(&folder, &words("run scenario.toml -o no/folder/run.mcap")),
-        "no/folder/run.mcap",
-    );
+    let run = softdock(&folder, &words("run scenario.toml -o no/folder/run.mcap"));
+    run.refused(&["no/folder/run.mcap"]);
 }
 
 #[test]
 fn a_replay_is_identical() {
     let folder = with_recording("cli_replay");
-    let replay = softdock(&folder, &["replay", "run.mcap", "--json"]);
-    assert_success(&replay);
-    let report = json(&replay);
+    let report = json(&folder, &["replay", "run.mcap"]);
     assert_eq!(report["identical"], true);
     assert!(report.as_object().unwrap()["first_difference"].is_null());
-    let text = softdock(&folder, &["replay", "run.mcap"]);
-    assert_success(&text);
-    assert!(text.stdout.contains("identical"), "{}", text.stdout);
-    assert_failure(&softdock(&folder, &["replay", "rnu.mcap"]), "rnu.mcap");
+    let text = done(&folder, &["replay", "run.mcap"]);
+    assert!(text.contains("identical"), "{text}");
+    softdock(&folder, &["replay", "rnu.mcap"]).refused(&["rnu.mcap"]);
 }
 
 #[test]
 fn a_recording_survives_export_and_import_and_a_changed_cell_is_found() {
     let folder = with_recording("cli_csv");
-    assert_success(&softdock(&folder, &["export", "run.mcap", "-o", "run.csv"]));
-    assert_success(&softdock(&folder, &["import", "run.csv", "-o", "back"]));
-    assert_success(&softdock(&folder, &["replay", "back/run.mcap"]));
+    done(&folder, &["export", "run.mcap", "-o", "run.csv"]);
+    done(&folder, &["import", "run.csv", "-o", "back"]);
+    done(&folder, &["replay", "back/run.mcap"]);
 
     // The correction of one cycle, one unit of its last digit off.
     let table = fs::read_to_string(folder.join("run.csv")).unwrap();
@@ -159,10 +123,10 @@ fn a_recording_survives_export_and_import_and_a_changed_cell_is_found() {
     rows[row][column] = (counts + 1).to_string();
     let changed: Vec<String> = rows.iter().map(|row| row.join(",")).collect();
     fs::write(folder.join("run.csv"), changed.join("\n") + "\n").unwrap();
-    assert_success(&softdock(&folder, &["import", "run.csv", "-o", "changed"]));
+    done(&folder, &["import", "run.csv", "-o", "changed"]);
     let replay = softdock(&folder, &["replay", "changed/run.mcap", "--json"]);
     assert_eq!(replay.code, Some(1), "{}", replay.stderr);
-    let report = json(&replay);
+    let report = replay.json();
     assert_eq!(report["identical"], false);
     let first = &report["first_difference"];
     assert_eq!(
@@ -170,6 +134,9 @@ fn a_recording_survives_export_and_import_and_a_changed_cell_is_found() {
         (Some(row as u64 - 1), Some(name.as_str()))
     );
 }
+
+/// Why nothing is written.
+const KEPT: &str = "exists already and is not overwritten";
 
 /// Runs a command that writes `files` again: refused and nothing changed; with `--force` it works.
 fn check_not_overwritten(folder: &Path, arguments: &[&str], files: &[&str]) {
@@ -180,14 +147,13 @@ fn check_not_overwritten(folder: &Path, arguments: &[&str], files: &[&str]) {
         }
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         fs::write(&path, "precious").unwrap();
-        let refused = softdock(folder, arguments);
-        assert_failure(&refused, "exists already and is not overwritten");
+        softdock(folder, arguments).refused(&[KEPT]);
         assert_eq!(
             fs::read_to_string(&path).unwrap(),
             "precious",
             "{arguments:?} wrote {file}"
         );
-        assert_success(&softdock(folder, &[arguments, &["--force"]].concat()));
+        done(folder, &[arguments, &["--force"]].concat());
         assert_ne!(
             fs::read(&path).unwrap(),
             b"precious",
@@ -200,8 +166,7 @@ fn check_not_overwritten(folder: &Path, arguments: &[&str], files: &[&str]) {
 fn nothing_is_overwritten_without_force() {
     let folder = with_recording("cli_overwrite");
     fs::write(folder.join("scenario.toml"), SCENARIO).unwrap();
-    let exported = softdock(&folder, &["export", "run.mcap", "-o", "given.csv"]);
-    assert_success(&exported);
+    done(&folder, &["export", "run.mcap", "-o", "given.csv"]);
     check_not_overwritten(
         &folder,
         &["run", "scenario.toml", "-o", "out.mcap"],
@@ -240,10 +205,7 @@ fn nothing_is_overwritten_without_force() {
         "-o",
         "run.mcap",
     ];
-    assert_failure(
-        &softdock(&folder, &board),
-        "run.mcap exists already and is not overwritten",
-    );
+    softdock(&folder, &board).refused(&["run.mcap", KEPT]);
     assert_eq!(fs::read(folder.join("run.mcap")).unwrap(), recorded().0);
 }
 
@@ -252,9 +214,8 @@ fn a_recording_that_was_cut_off_opens_up_to_its_last_whole_part() {
     let folder = with_recording("cli_cut");
     let whole = &recorded().0;
     fs::write(folder.join("cut.mcap"), &whole[..whole.len() * 2 / 3]).unwrap();
-    let replay = softdock(&folder, &["replay", "cut.mcap", "--json"]);
-    assert_success(&replay);
-    let report = json(&replay);
+    let replay = softdock(&folder, &["replay", "cut.mcap", "--json"]).succeeded();
+    let report = replay.json();
     let cycles = report["cycles"].as_u64().unwrap();
     assert!(
         report["identical"] == true && cycles > 100 && cycles < 750,
@@ -266,7 +227,7 @@ fn a_recording_that_was_cut_off_opens_up_to_its_last_whole_part() {
         replay.stderr
     );
 
-    assert_success(&softdock(&folder, &["export", "cut.mcap", "-o", "cut.csv"]));
+    done(&folder, &["export", "cut.mcap", "-o", "cut.csv"]);
     let rows = fs::read_to_string(folder.join("cut.csv"))
         .unwrap()
         .lines()
@@ -292,20 +253,16 @@ fn another_version_and_other_files_are_refused() {
     fs::write(folder.join("text.mcap"), "time,force\n0,1\n").unwrap();
     fs::write(folder.join("text.csv"), "time,force\n0,1\n").unwrap();
     for command in [&["replay"][..], &["export", "-o", "out.csv"]] {
-        let run = softdock(&folder, &[command, &["newer.mcap"]].concat());
-        assert_failure(
-            &run,
+        let refused = |name, says| {
+            softdock(&folder, &[command, &[name]].concat()).refused(&[says]);
+        };
+        refused(
+            "newer.mcap",
             "expected a recording of format `softdock/1`, received `softdock/2`",
         );
-        assert_failure(
-            &softdock(&folder, &[command, &["text.mcap"]].concat()),
-            "not an MCAP file",
-        );
+        refused("text.mcap", "not an MCAP file");
     }
-    assert_failure(
-        &softdock(&folder, &["import", "text.csv", "-o", "out"]),
-        "text.json",
-    );
+    softdock(&folder, &["import", "text.csv", "-o", "out"]).refused(&["text.json"]);
     assert!(
         !folder.join("out.csv").exists() && !folder.join("out").exists(),
         "nothing is left behind"

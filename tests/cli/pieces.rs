@@ -1,7 +1,7 @@
 //! Recordings in files of a bounded size.
 
 use softdock_tests::peers::{BUSY_COMPUTER, Board, Robot};
-use softdock_tests::process::{json, scratch, softdock};
+use softdock_tests::process::{done, json, scratch};
 use std::path::Path;
 
 /// Of 250 cycles.
@@ -23,7 +23,7 @@ fn assert_replayed(folder: &Path) {
 #[test]
 fn the_pieces_of_a_run_replay_together() {
     let folder = scratch("run_pieces");
-    assert_eq!(softdock(&folder, &["init", "rig"]).code, Some(0));
+    done(&folder, &["init", "rig"]);
     let run = ["run", "rig/scenario.toml", "--duration-s", "1"];
     let pieces = ["-o", "run.mcap", "--piece-cycles", "100"];
     let ran = json(&folder, &[run.as_slice(), &pieces].concat());

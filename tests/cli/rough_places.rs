@@ -1,6 +1,5 @@
 //! What a new user mistypes or mixes up: each says what it is and what to do.
 
-use serde_json::Value;
 use softdock_tests::process::{Finished, done, scratch, softdock, words};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -20,7 +19,7 @@ fn folder(test: &str) -> PathBuf {
         fs::write(folder.join(name), text).unwrap();
     }
     let run = words("run scenario.toml -o run.mcap --duration-s 0.5");
-    assert_eq!(softdock(&folder, &run).code, Some(0));
+    done(&folder, &run);
     folder
 }
 
@@ -145,7 +144,7 @@ fn a_table_of_another_program_needs_a_mapping() {
 #[test]
 fn a_check_gives_reasons() {
     let folder = scratch("rough_reasons");
-    assert_eq!(softdock(&folder, &["init", "."]).code, Some(0));
+    done(&folder, &["init", "."]);
     let run = softdock(&folder, &["check", "board.toml", "rig.toml"]);
     for says in [
         "loop delay, ms",
@@ -213,8 +212,7 @@ fn an_error_is_json_where_json_was_asked_for() {
     let error = |arguments: &[&str]| -> String {
         let run = softdock(&folder, arguments);
         assert!(run.code.is_some_and(|code| code != 0));
-        let document: Value = serde_json::from_str(&run.stdout).unwrap();
-        document["error"].as_str().unwrap().to_owned()
+        run.json()["error"].as_str().unwrap().to_owned()
     };
     assert!(
         error(&["compare", "nope.toml", "run.mcap", "--json"]).contains("nope.toml: no such file")
@@ -227,8 +225,7 @@ fn an_error_is_json_where_json_was_asked_for() {
     // A result that is there is the one document.
     let bad = softdock(&folder, &words("check scenario.toml scenario.toml --json"));
     assert_eq!(bad.code, Some(1));
-    let document: Value = serde_json::from_str(&bad.stdout).unwrap();
-    assert_eq!(document["chosen_law"], "none");
+    assert_eq!(bad.json()["chosen_law"], "none");
     assert!(
         bad.stderr.contains("not stable on this contact"),
         "{}",
@@ -241,8 +238,7 @@ fn a_stable_loop_passes_the_check() {
     let folder = folder("rough_check");
     let stable = SCENARIO.replace("law = \"none\"", "law = \"predictor\"");
     fs::write(folder.join("stable.toml"), stable).unwrap();
-    let run = softdock(&folder, &["check", "stable.toml", "stable.toml"]);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    done(&folder, &["check", "stable.toml", "stable.toml"]);
 }
 
 #[test]

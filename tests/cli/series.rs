@@ -1,8 +1,7 @@
 //! `softdock compare --series`: the numbers behind the curves.
 
-use serde_json::Value;
 use softdock_io::data_table::{DataTable, Values};
-use softdock_tests::process::{scratch, softdock};
+use softdock_tests::process::{done, json, scratch, softdock};
 use std::fs;
 
 const SCENARIO: &str = include_str!("../../host-tools/scenarios/spring-rod.toml");
@@ -13,20 +12,10 @@ fn the_series_are_those_that_the_comparison_judges() {
     let folder = scratch("cli_series");
     fs::write(folder.join("scenario.toml"), SCENARIO).unwrap();
     fs::write(folder.join("model.toml"), MODEL).unwrap();
-    let run = softdock(&folder, &["run", "scenario.toml", "-o", "run.mcap"]);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
-    let compare = |file: &str| -> Value {
-        let arguments = [
-            "compare",
-            "model.toml",
-            "run.mcap",
-            "--json",
-            "--series",
-            file,
-        ];
-        let run = softdock(&folder, &arguments);
-        assert_eq!(run.code, Some(0), "{}", run.stderr);
-        serde_json::from_str(&run.stdout).unwrap()
+    done(&folder, &["run", "scenario.toml", "-o", "run.mcap"]);
+    let compare = |file: &str| {
+        let arguments = ["compare", "model.toml", "run.mcap", "--series", file];
+        json(&folder, &arguments)
     };
     let document = compare("series.csv");
     assert_eq!(document["series"]["rows"], 750);
@@ -56,18 +45,16 @@ fn the_series_are_those_that_the_comparison_judges() {
         "--duration-s",
         "0.8",
     ];
-    assert_eq!(softdock(&folder, &short).code, Some(0));
+    done(&folder, &short);
     let both = ["compare", "model.toml", "run.mcap", "short.mcap"];
-    let compared = softdock(&folder, &both);
-    assert_eq!(compared.code, Some(0), "{}", compared.stderr);
+    let compared = done(&folder, &both);
     for name in ["== run.mcap\n", "\n== short.mcap\n"] {
-        assert!(compared.stdout.contains(name), "{}", compared.stdout);
+        assert!(compared.contains(name), "{compared}");
     }
     let refused = softdock(&folder, &[&both[..], &["--report", "both.html"]].concat());
     let expected = "--report, --series and --json expect one recording, received 2";
     assert!(refused.stderr.contains(expected), "{}", refused.stderr);
-    let short = softdock(&folder, &["compare", "model.toml", "short.mcap", "--json"]);
-    let short: Value = serde_json::from_str(&short.stdout).unwrap();
+    let short = json(&folder, &["compare", "model.toml", "short.mcap"]);
     let curves = short["curves"].as_object().unwrap();
     assert_eq!(curves.len(), 1 + 4 * 6 * 4);
     assert_eq!(curves["wrench_x_residual_n"].as_array().unwrap().len(), 200);

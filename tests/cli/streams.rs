@@ -2,7 +2,7 @@
 
 #![cfg(unix)]
 
-use softdock_tests::process::{scratch, softdock, softdock_binary};
+use softdock_tests::process::{done, scratch, softdock_binary};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -10,10 +10,10 @@ use std::process::{Command, Output};
 /// A folder with a model and a short recording of it.
 fn folder(test: &str) -> PathBuf {
     let folder = scratch(test);
-    assert_eq!(softdock(&folder, &["init", "."]).code, Some(0));
+    done(&folder, &["init", "."]);
     let run = "run scenario.toml -o run.mcap --duration-s 0.5";
     let run: Vec<&str> = run.split(' ').collect();
-    assert_eq!(softdock(&folder, &run).code, Some(0));
+    done(&folder, &run);
     folder
 }
 

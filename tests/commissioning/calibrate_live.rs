@@ -3,7 +3,7 @@
 use serde_json::Value;
 use softdock_experiments::scenario::Scenario;
 use softdock_tests::peers::{LockStepRig, patient, serve};
-use softdock_tests::process::softdock;
+use softdock_tests::process::{json, softdock, words};
 use std::net::UdpSocket;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -41,19 +41,8 @@ fn a_tool_is_found_pose_by_pose_and_uploaded() {
     let toml = to_string_pretty(&settings).unwrap();
     let mut served = serve("calibrate_live", &toml, &[]);
     let folder = served.board.folder.clone();
-    let plan = [
-        "calibrate",
-        "sensor",
-        "--plan",
-        "--settings",
-        "board.toml",
-        "--json",
-    ];
-    let plan = softdock(
-        &folder,
-        &[&plan[..], &["--from-abc-deg", "0,0,180"]].concat(),
-    );
-    let plan: Value = serde_json::from_str(&plan.stdout).expect("a plan");
+    let plan = "calibrate sensor --plan --settings board.toml --from-abc-deg 0,0,180";
+    let plan = json(&folder, &words(plan));
     let poses: Vec<[f64; 3]> = plan["poses"]
         .as_array()
         .unwrap()
@@ -81,7 +70,7 @@ fn a_tool_is_found_pose_by_pose_and_uploaded() {
         &folder,
         &[&port[..], &["--json", "--upload", "--keep", "poses.mcap"]].concat(),
     );
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let run = run.succeeded();
     eprintln!("{}", run.stderr);
     stop.store(true, Ordering::Relaxed);
     for says in [
@@ -92,7 +81,7 @@ fn a_tool_is_found_pose_by_pose_and_uploaded() {
     ] {
         assert!(run.stderr.contains(says), "`{says}`: {}", run.stderr);
     }
-    let found: Value = serde_json::from_str(&run.stdout).unwrap();
+    let found = run.json();
     let near = |value: &Value, truth: f64, tolerance: f64| {
         let value = value.as_f64().unwrap();
         assert!(
@@ -110,9 +99,8 @@ fn a_tool_is_found_pose_by_pose_and_uploaded() {
     rig.join().expect("a rig that was answered");
 
     // The same recording gives the same answer.
-    let again = ["calibrate", "sensor", "--recording", "poses.mcap", "--json"];
-    let again = softdock(&folder, &again);
-    let again: Value = serde_json::from_str(&again.stdout).unwrap();
+    let again = ["calibrate", "sensor", "--recording", "poses.mcap"];
+    let again = json(&folder, &again);
     assert_eq!(again["mass_kg"], found["mass_kg"]);
     served.board.stop();
 }

@@ -9,9 +9,7 @@ use std::path::Path;
 /// Exit code, and the checks of its one JSON document.
 fn doctor(folder: &Path, arguments: &[&str]) -> (Option<i32>, Vec<Value>) {
     let run = softdock(folder, &[&["doctor", "--json"], arguments].concat());
-    let document: Value = serde_json::from_str(&run.stdout)
-        .unwrap_or_else(|error| panic!("{error}: {}{}", run.stdout, run.stderr));
-    (run.code, document["checks"].as_array().unwrap().clone())
+    (run.code, run.json()["checks"].as_array().unwrap().clone())
 }
 
 fn find<'a>(checks: &'a [Value], name: &str) -> &'a Value {

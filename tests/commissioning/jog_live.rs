@@ -1,6 +1,5 @@
 //! The jog of a board on this computer, over its service and its telemetry, as a user runs it.
 
-use serde_json::Value;
 use softdock_app::settings::BoardSettings;
 use softdock_control::modes::Mode;
 use softdock_experiments::scenario::Scenario;
@@ -124,9 +123,9 @@ fn the_delay_of_a_live_rig_is_found_and_uploaded() {
         &served,
         &words("--axis y,-z --yes --json --upload --into new.toml --keep jog.mcap"),
     );
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let run = run.succeeded();
     eprintln!("{}", run.stderr);
-    let found: Value = serde_json::from_str(&run.stdout).unwrap();
+    let found = run.json();
     let near = |name: &str, truth: f64, tolerance: f64| {
         let value = found[name]["value"].as_f64().unwrap();
         eprintln!("{name}: {value}");

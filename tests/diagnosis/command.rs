@@ -5,31 +5,9 @@
 use serde_json::Value;
 use softdock_analysis::import::docking_rig_log;
 use softdock_io::recording::Recording;
-use softdock_tests::process::{Finished, recorded_data, scratch, softdock};
+use softdock_tests::process::{Finished, done, json, recorded_data, scratch, softdock};
 use std::fs;
 use std::path::{Path, PathBuf};
-
-/// Runs a command that has to succeed.
-fn run(folder: &Path, arguments: &[&str]) -> Finished {
-    let run = softdock(folder, arguments);
-    assert_eq!(run.code, Some(0), "{arguments:?}: {}", run.stderr);
-    run
-}
-
-/// The one JSON document that a command prints.
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let run = run(folder, &[arguments, &["--json"]].concat());
-    serde_json::from_str(&run.stdout).unwrap_or_else(|e| panic!("{e} in {}", run.stdout))
-}
-
-/// Ends with 1, prints nothing, and says what is wrong.
-fn assert_failure(run: &Finished, expected: &[&str]) {
-    let said = (run.code, run.stdout.as_str());
-    assert_eq!(said, (Some(1), ""), "{}", run.stderr);
-    for part in expected {
-        assert!(run.stderr.contains(part), "`{part}` in: {}", run.stderr);
-    }
-}
 
 /// A folder with a generated case that hides these effects, imported.
 fn generated(test: &str, effects: &[&str]) -> PathBuf {
@@ -105,11 +83,10 @@ fn the_error_falls(folder: &Path, effect: &str) -> Value {
 fn a_hidden_friction_is_found_added_and_gone() {
     let folder = generated("cli_friction", &["guide_coulomb"]);
     the_error_falls(&folder, "guide_coulomb");
-    let text = run(
+    let text = done(
         &folder,
         &["history", "model.toml", "--report", "history.html"],
-    )
-    .stdout;
+    );
     assert!(
         text.contains("+ guide_coulomb") && text.contains("█"),
         "{text}"
@@ -192,7 +169,7 @@ fn recorded_data_goes_the_same_way() {
         return;
     };
     let folder = scratch("cli_recorded");
-    run(
+    done(
         &folder,
         &["import", &case.display().to_string(), "-o", "case"],
     );
@@ -222,23 +199,23 @@ fn a_diagnosis_is_told_in_text_json_and_a_page() {
             "{pointer} in {document}"
         );
     }
-    let told = run(
+    let told = done(
         &folder,
         &[&diagnose[..], &["--report", "page.html"]].concat(),
     );
-    let first = told.stdout.lines().next().unwrap_or_default();
+    let first = told.lines().next().unwrap_or_default();
     assert!(
         first.starts_with("Missing: ") && first.contains("guide_viscous"),
         "{first}"
     );
-    assert!(told.stdout.contains("N·s/m") && told.stdout.contains("Hypotheses"));
+    assert!(told.contains("N·s/m") && told.contains("Hypotheses"));
     let page = fs::read_to_string(folder.join("page.html")).unwrap();
     assert!(page.contains("guide_viscous") && page.contains("<svg"));
     let again = softdock(
         &folder,
         &[&diagnose[..], &["--report", "page.html"]].concat(),
     );
-    assert_failure(&again, &["page.html exists already"]);
+    again.refused(&["page.html exists already"]);
 }
 
 #[test]
@@ -251,13 +228,10 @@ fn a_model_is_edited_only_when_that_helps() {
         let fit = [&["add", "model.toml", effect, "--fit"][..], &LOGS].concat();
         softdock(&folder, &[&fit[..], more].concat())
     };
-    assert_failure(
-        &add("guide_viscos", &[]),
-        &["did you mean `guide_viscous`?"],
-    );
+    add("guide_viscos", &[]).refused(&["did you mean `guide_viscous`?"]);
     // Nothing of these is in the log.
     for absent in ["ft_saturation", "clock_jitter"] {
-        assert_failure(&add(absent, &[]), &[absent]);
+        add(absent, &[]).refused(&[absent]);
     }
     let dry = add("guide_viscous", &["--dry-run"]);
     assert!(
@@ -266,25 +240,21 @@ fn a_model_is_edited_only_when_that_helps() {
         dry.stdout
     );
     assert_eq!(model(), before, "nothing but a real step changes the file");
-    let added = add("guide_viscous", &[]);
-    assert_eq!(added.code, Some(0), "{}", added.stderr);
+    let added = add("guide_viscous", &[]).succeeded();
     assert!(
         added.stdout.contains("which the fit has not seen"),
         "{}",
         added.stdout
     );
     assert!(model().starts_with(&before), "{}", model());
-    assert_failure(
-        &add("guide_viscous", &[]),
-        &["in the model already", "softdock fit"],
-    );
+    add("guide_viscous", &[]).refused(&["in the model already", "softdock fit"]);
 }
 
 #[test]
 fn a_refit_moves_what_the_log_determines_and_names_the_rest() {
     let folder = generated("cli_fit", &["guide_viscous"]);
     let add = ["add", "model.toml", "guide_viscous", "--fit"];
-    run(&folder, &[&add[..], &LOGS].concat());
+    done(&folder, &[&add[..], &LOGS].concat());
     let path = folder.join("model.toml");
     let fitted = fs::read_to_string(&path).unwrap();
     let value = |text: &str| -> f64 {
@@ -324,7 +294,7 @@ fn a_refit_moves_what_the_log_determines_and_names_the_rest() {
         assert!(after < before, "{key} goes from {before} to {after}");
     }
     assert_eq!(found["written"], false);
-    run(&folder, &[&fit[..], &["--write"]].concat());
+    done(&folder, &[&fit[..], &["--write"]].concat());
     let written = value(&fs::read_to_string(&path).unwrap());
     assert!((written / number("value") - 1.0).abs() < 1e-6);
     let history = json(&folder, &["history", "model.toml"]);
@@ -348,12 +318,9 @@ fn said_of(test: &str, spoil: impl Fn(&mut Recording)) -> Finished {
 #[test]
 fn a_log_that_teaches_nothing_is_refused_in_its_own_words() {
     let short = said_of("cli_short", |log| log.cycles.truncate(40));
-    assert_failure(&short, &["bad.mcap: 40 rows, at least 100 are needed"]);
+    short.refused(&["bad.mcap: 40 rows, at least 100 are needed"]);
     let backwards = said_of("cli_backwards", |log| log.cycles[500].trace.time_s = 0.0);
-    assert_failure(
-        &backwards,
-        &["bad.mcap, row 501", "expected a time that rises"],
-    );
+    backwards.refused(&["bad.mcap, row 501", "expected a time that rises"]);
     let still = said_of("cli_still", |log| {
         let first = log.cycles[0];
         for cycle in &mut log.cycles {
@@ -362,14 +329,11 @@ fn a_log_that_teaches_nothing_is_refused_in_its_own_words() {
             cycle.trace.time_s = time_s;
         }
     });
-    assert_failure(&still, &["no velocity, pose or wrench changes"]);
+    still.refused(&["no velocity, pose or wrench changes"]);
     let unknown = said_of("cli_nan", |log| {
         log.cycles[700].trace.executed_velocity[1] = f64::NAN;
     });
-    assert_failure(
-        &unknown,
-        &["bad.mcap, row 701: the executed velocity is no number"],
-    );
+    unknown.refused(&["bad.mcap, row 701: the executed velocity is no number"]);
 }
 
 #[test]
@@ -399,41 +363,32 @@ fn a_log_that_teaches_little_says_so() {
             cycle.trace.pose[..3].iter_mut().for_each(|v| *v *= 1000.0);
         }
     });
-    assert_failure(
-        &millimetres,
-        &[
-            "bad.mcap: position x changes 999.9",
-            "is the position in mm?",
-        ],
-    );
+    millimetres.refused(&[
+        "bad.mcap: position x changes 999.9",
+        "is the position in mm?",
+    ]);
 }
 
 #[test]
 fn files_of_the_wrong_kind_are_named() {
     let folder = generated("cli_wrong", &[]);
     let diagnose = |model: &str, log: &str| softdock(&folder, &["diagnose", model, log]);
-    assert_failure(
-        &diagnose("modl.toml", "train.mcap"),
-        &["did you mean", "model.toml"],
-    );
-    assert_failure(&diagnose("model.toml", "model.toml"), &["model.toml"]);
-    assert_failure(&diagnose("model.toml", "nothing.mcap"), &["nothing.mcap"]);
+    diagnose("modl.toml", "train.mcap").refused(&["did you mean", "model.toml"]);
+    diagnose("model.toml", "model.toml").refused(&["model.toml"]);
+    diagnose("model.toml", "nothing.mcap").refused(&["nothing.mcap"]);
     fs::write(
         folder.join("wrong.toml"),
         "[[effect]]\nid = \"rate_limit\"\nparameters = { max_acceleration = 1.0 }\n",
     )
     .unwrap();
     let wrong = diagnose("wrong.toml", "train.mcap");
-    assert_failure(
-        &wrong,
-        &[
-            "wrong.toml",
-            "`rate_limit`",
-            "did you mean `max_acceleration_m_s2`?",
-        ],
-    );
-    let empty = run(&folder, &["history", "model.toml"]);
-    assert!(empty.stdout.contains("no history yet"), "{}", empty.stdout);
+    wrong.refused(&[
+        "wrong.toml",
+        "`rate_limit`",
+        "did you mean `max_acceleration_m_s2`?",
+    ]);
+    let empty = done(&folder, &["history", "model.toml"]);
+    assert!(empty.contains("no history yet"), "{empty}");
     let nothing = json(&folder, &["history", "model.toml"]);
     assert_eq!(nothing["steps"].as_array().map(Vec::len), Some(0));
 }

@@ -50,9 +50,8 @@ fn the_command_takes_one_file_in_place_of_the_mappings_and_tells_what_looks_wron
     fs::write(folder.join("model.toml"), "# mine\n").unwrap();
     fs::write(folder.join("log.csv"), log).unwrap();
     let arguments = words("import log.csv --mapping mapping.toml -o out --json");
-    let run = softdock(&folder, &arguments);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
-    let report: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    let run = softdock(&folder, &arguments).succeeded();
+    let report = run.json();
     assert_eq!(report["cycles"], 150);
     let warnings = report["warnings"].as_array().unwrap();
     assert!(

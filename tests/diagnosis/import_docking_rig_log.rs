@@ -7,7 +7,7 @@ use softdock_analysis::compare::compare;
 use softdock_analysis::import::docking_rig_log;
 use softdock_io::recording::Recording;
 use softdock_physics::model::{Channel, Model};
-use softdock_tests::process::{done, recorded_data, scratch};
+use softdock_tests::process::{json, recorded_data, scratch};
 use std::fs;
 use std::path::PathBuf;
 
@@ -69,11 +69,7 @@ fn the_command_writes_a_model_and_two_recordings() {
     let Some(folder) = cases() else { return };
     let scratch = scratch("import_docking_rig_log");
     let case = folder.join("d05");
-    let run = done(
-        &scratch,
-        &["import", case.to_str().unwrap(), "-o", "d05", "--json"],
-    );
-    let report: Value = serde_json::from_str(&run).unwrap();
+    let report = json(&scratch, &["import", case.to_str().unwrap(), "-o", "d05"]);
     assert_eq!(report["cycles"], 5000);
     assert_eq!(report["warnings"], Value::Array(Vec::new()));
     assert_eq!(report["files"].as_array().unwrap().len(), 3);

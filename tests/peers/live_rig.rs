@@ -5,7 +5,7 @@ use serde_json::Value;
 use softdock_experiments::scenario::Scenario;
 use softdock_io::recording::{Recording, WALL_CLOCK};
 use softdock_tests::peers::{Served, patient, serve};
-use softdock_tests::process::{Running, done, scratch, softdock, softdock_binary};
+use softdock_tests::process::{Running, done, json, scratch, softdock, softdock_binary, words};
 use std::collections::BTreeMap;
 use std::net::{TcpListener, UdpSocket};
 use std::path::Path;
@@ -141,9 +141,8 @@ fn it_docks_over_ethercat() {
 fn what_is_hidden_is_in_the_recording() {
     let served = board("live_hidden", &spring_rod(), &[]);
     let hide = ["--hide", "ft_bias", "--seed", "3"];
-    let reveal = [&["rig", "rig.toml", "--reveal", "--json"], &hide[..]].concat();
-    let told = softdock(&served.board.folder, &reveal);
-    let told: Value = serde_json::from_str(&told.stdout).unwrap();
+    let reveal = [&["rig", "rig.toml", "--reveal"], &hide[..]].concat();
+    let told = json(&served.board.folder, &reveal);
     let told = told[0]["parameters"].as_object().unwrap();
     let mut rig = rig_of(&served, &hide);
     rig.wait_for("answers: RSI runs");
@@ -170,7 +169,7 @@ fn the_jog_of_a_live_rig_is_identified() {
     let address = telemetry.local_addr().unwrap().to_string();
     drop(telemetry);
     let scenario = scratch("live_jog_files");
-    assert_eq!(softdock(&scenario, &["init", "."]).code, Some(0));
+    done(&scenario, &["init", "."]);
     let mut scenario = Scenario::load(&scenario.join("scenario.toml")).unwrap();
     scenario.rig.mechanism.walls.clear();
     scenario.board = patient(&scenario.board);
@@ -180,9 +179,8 @@ fn the_jog_of_a_live_rig_is_identified() {
     served.board.process.wait_for("sensor Running");
     served.done(&["mode", "hold"]);
     let folder = served.board.folder.clone();
-    let port = ["--port", &served.port, "--yes", "--json"];
-    let run = done(&folder, &[&["identify", "actuator"], &port[..]].concat());
-    let found: Value = serde_json::from_str(&run).unwrap();
+    let identify = ["identify", "actuator", "--port", &served.port, "--yes"];
+    let found = json(&folder, &identify);
     let late_s = found["mean_delay_s"]["value"].as_f64().unwrap();
     assert!((late_s - 0.018).abs() < 0.0005, "{late_s}");
     end(rig);
@@ -195,8 +193,7 @@ fn the_jog_of_a_live_rig_is_identified() {
 fn what_a_live_rig_hides_is_named() {
     for seed in ["4", "7"] {
         let folder = scratch(&format!("live_exercise_{seed}"));
-        let of_folder = |arguments: &[&str]| softdock(&folder, arguments);
-        assert_eq!(of_folder(&["init", "."]).code, Some(0));
+        done(&folder, &["init", "."]);
         let board = std::fs::read_to_string(folder.join("board.toml")).unwrap();
         let there = "velocity_m_s = [0.040, 0.003, -0.002]";
         let back = board.replace(there, "velocity_m_s = [-0.047, 0.003, -0.002]");
@@ -219,12 +216,10 @@ fn what_a_live_rig_hides_is_named() {
             let (recording, _) = served.board.stop();
             std::fs::copy(recording, folder.join(format!("{name}.mcap"))).unwrap();
         }
-        let rig = ["rig", "scenario.toml", "--reveal", "--json"];
-        let secret: Value =
-            serde_json::from_str(&of_folder(&[&rig[..], &hide].concat()).stdout).unwrap();
-        let diagnose = "diagnose model.toml train.mcap --test test.mcap --json";
-        let diagnose: Vec<&str> = diagnose.split(' ').collect();
-        let diagnosis: Value = serde_json::from_str(&of_folder(&diagnose).stdout).unwrap();
+        let rig = ["rig", "scenario.toml", "--reveal"];
+        let secret = json(&folder, &[&rig[..], &hide].concat());
+        let diagnose = "diagnose model.toml train.mcap --test test.mcap";
+        let diagnosis = json(&folder, &words(diagnose));
         let named = diagnosis["effects"].as_array().unwrap();
         assert!(named.contains(&secret[0]["id"]), "{diagnosis}");
     }
@@ -338,7 +333,7 @@ fn the_commands_for_a_live_board_work_on_it() {
     served.done(&["mode", "hold"]);
 
     let run = softdock(&folder, &["doctor", "--json", "--port", &served.port]);
-    let checks: Value = serde_json::from_str(&run.stdout).unwrap();
+    let checks = run.json();
     for name in ["board", "robot link", "sensor", "sensor status"] {
         let checks = checks["checks"].as_array().unwrap();
         let check = checks.iter().find(|check| check["name"] == name).unwrap();

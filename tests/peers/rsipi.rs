@@ -10,7 +10,7 @@ use softdock_control::modes::Mode;
 use softdock_io::recording::Recording;
 use softdock_tests::peers::python::{RsipiRobot, Verdict, sensor};
 use softdock_tests::peers::{BUSY_COMPUTER, Board, counts};
-use softdock_tests::process::{Running, softdock};
+use softdock_tests::process::{Running, json, softdock};
 use std::collections::BTreeMap;
 
 /// Mass of the moving spacecraft, kg.
@@ -59,10 +59,8 @@ fixed = true
 fn recorded(board: Board) -> Recording {
     let folder = board.folder.clone();
     let (path, log) = board.stop();
-    let replay = softdock(&folder, &["replay", "run.mcap", "--json"]);
-    assert!(replay.success, "{}\n{log}", replay.stderr);
-    let report: serde_json::Value = serde_json::from_str(&replay.stdout).unwrap();
-    assert_eq!(report["identical"], true, "{report}");
+    let report = json(&folder, &["replay", "run.mcap"]);
+    assert_eq!(report["identical"], true, "{report}\n{log}");
     let recording = Recording::open(&path).unwrap();
     assert_eq!(recording.cut, None);
     recording

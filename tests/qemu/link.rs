@@ -16,8 +16,7 @@ fn free() -> SocketAddr {
 fn link_is(board: &QemuBoard, link: bool) -> serde_json::Value {
     let port = format!("tcp:{}", board.service);
     for _ in 0..100 {
-        let run = params(&board.folder, &port, &["status", "--json"]);
-        let status: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+        let status = params(&board.folder, &port, &["status", "--json"]).json();
         let ethernet = &status["machine"]["ethernet"];
         if ethernet["link"] == link {
             return ethernet.clone();

@@ -1,8 +1,9 @@
 //! `softdock params` with the firmware in QEMU, over its serial line.
 
-use softdock_tests::peers::{BUSY_COMPUTER, QemuBoard, RunningRobot, Sensor, params};
+use softdock_tests::peers::{
+    BUSY_COMPUTER, QemuBoard, RunningRobot, Sensor, Served, serve_emulated,
+};
 use softdock_tests::process::softdock;
-use std::path::Path;
 use std::time::Duration;
 
 const MASS: &str = "control.sensor.tool_mass_kg";
@@ -10,11 +11,11 @@ const MASS: &str = "control.sensor.tool_mass_kg";
 /// What a new board is asked to do, on the one that there is: its clock is QEMU's.
 #[test]
 fn a_board_shows_what_it_can_do() {
-    let served = Served::start("qemu_self_test", "", &[]);
+    let served = serve_emulated("qemu_self_test", "", &[]);
     let port = ["doctor", "--port", &served.port, "--json"];
     let arguments = [&port[..], &["--self-test", "--hang"]].concat();
-    let run = softdock(served.folder(), &arguments);
-    let found: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    let run = softdock(&served.folder, &arguments);
+    let found = run.json();
     let state = |name: &str| {
         let checks = found["checks"].as_array().unwrap();
         let check = checks.iter().find(|check| check["name"] == name);
@@ -37,72 +38,43 @@ fn a_board_shows_what_it_can_do() {
     );
 }
 
-struct Served {
-    board: QemuBoard,
-    port: String,
+/// Whether a word leads to a mode. A robot in real time on a busy computer may be silent for as long as makes the
+/// board refuse, rightly, and stop it, so that its motion has to fade out again.
+fn goes(served: &Served<QemuBoard>, word: &str, mode: &str) -> bool {
+    let run = served.params(&["mode", word, "--json"]);
+    let late = ["the robot sends no telegrams", "has not faded out"];
+    if late.iter().any(|why| run.stderr.contains(why)) {
+        return false;
+    }
+    assert_eq!(run.succeeded().json()["mode"], mode, "{word}");
+    true
 }
 
-impl Served {
-    fn start(test: &str, settings: &str, arguments: &[&str]) -> Self {
-        let board = QemuBoard::start(test, settings, arguments);
-        let port = format!("tcp:{}", board.service);
-        Self { board, port }
+/// From hold to a running loop, where a change of the tool is refused, and back; false if the robot was silent in
+/// between.
+fn runs_and_stops(served: &Served<QemuBoard>) -> bool {
+    let words = [("hold", "Hold"), ("arm", "Armed"), ("start", "Running")];
+    if !words.iter().all(|(word, mode)| goes(served, word, mode)) {
+        return false;
     }
-
-    fn folder(&self) -> &Path {
-        &self.board.folder
+    let refused = served.params(&["set", MASS, "3.0"]);
+    if refused.code == Some(0) || !goes(served, "stop", "Hold") {
+        return false;
     }
-
-    /// Whether a word leads to a mode. A robot in real time on a busy computer may be silent for as long as makes the
-    /// board refuse, rightly, and stop it, so that its motion has to fade out again.
-    fn goes(&self, word: &str, mode: &str) -> bool {
-        let run = params(self.folder(), &self.port, &["mode", word, "--json"]);
-        let late = ["the robot sends no telegrams", "has not faded out"];
-        if late.iter().any(|why| run.stderr.contains(why)) {
-            return false;
-        }
-        assert_eq!(run.code, Some(0), "{word}: {}", run.stderr);
-        let reached: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
-        assert_eq!(reached["mode"], mode);
-        true
-    }
-
-    /// From hold to a running loop, where a change of the tool is refused, and back; false if the robot was silent in
-    /// between.
-    fn runs_and_stops(&self) -> bool {
-        let words = [("hold", "Hold"), ("arm", "Armed"), ("start", "Running")];
-        if !words.iter().all(|(word, mode)| self.goes(word, mode)) {
-            return false;
-        }
-        let refused = params(self.folder(), &self.port, &["set", MASS, "3.0"]);
-        if refused.code == Some(0) || !self.goes("stop", "Hold") {
-            return false;
-        }
-        let said = &refused.stderr;
-        assert_eq!(refused.code, Some(1), "{said}");
-        assert!(said.contains("robot moves or is armed"), "{said}");
-        true
-    }
-
-    fn json(&self, arguments: &[&str]) -> serde_json::Value {
-        let run = params(
-            self.folder(),
-            &self.port,
-            &[arguments, &["--json"]].concat(),
-        );
-        assert_eq!(run.code, Some(0), "{arguments:?}: {}", run.stderr);
-        serde_json::from_str(&run.stdout).unwrap()
-    }
+    let said = &refused.stderr;
+    assert_eq!(refused.code, Some(1), "{said}");
+    assert!(said.contains("robot moves or is armed"), "{said}");
+    true
 }
 
 /// Who changes settings starts by hand.
 #[test]
 fn with_start_it_starts_once() {
-    let mut served = Served::start("qemu_start_once", BUSY_COMPUTER, &["--start"]);
+    let mut served = serve_emulated("qemu_start_once", BUSY_COMPUTER, &["--start"]);
     let sensor = Sensor::connect(served.board.can);
     let robot = RunningRobot::start(served.board.robot);
     served.board.process().wait_for("mode Running");
-    assert!((0..10).any(|_| served.goes("stop", "Hold")), "no robot");
+    assert!((0..10).any(|_| goes(&served, "stop", "Hold")), "no robot");
     served.json(&["set", MASS, "1.25"]);
     served.board.process().wait_for("on trial for 60 s");
     // The firmware that has started over waits for somebody to open its channel.
@@ -123,7 +95,7 @@ fn with_start_it_starts_once() {
 fn settings_survive_resets_and_launches() {
     let flash = std::env::temp_dir().join(format!("softdock-test-{}.bin", std::process::id()));
     let arguments = ["--flash", flash.to_str().unwrap()];
-    let mut served = Served::start(
+    let mut served = serve_emulated(
         "qemu_params",
         "[control.sensor]\ntool_mass_kg = 0.5\n",
         &arguments,
@@ -141,7 +113,7 @@ fn settings_survive_resets_and_launches() {
     assert_eq!(dumped["settings"].as_array().unwrap().len(), list.len());
     served.board.end();
 
-    let again = Served::start("qemu_params_again", "", &arguments);
+    let again = serve_emulated("qemu_params_again", "", &arguments);
     assert_eq!(again.json(&["get", MASS])["value"], 1.25);
     let back = again.json(&["rollback"]);
     assert_eq!(back["changed"][0]["wanted"], 0.5);
@@ -153,12 +125,12 @@ fn settings_survive_resets_and_launches() {
 #[test]
 fn an_operator_arms_and_starts_over_serial() {
     for (test, chip) in [("qemu_mode_an500", "an500"), ("qemu_mode_an385", "an385")] {
-        let mut served = Served::start(test, BUSY_COMPUTER, &["--chip", chip]);
+        let mut served = serve_emulated(test, BUSY_COMPUTER, &["--chip", chip]);
         let sensor = Sensor::connect(served.board.can);
         served.board.process().wait_for("sensor Running");
         let robot = RunningRobot::start(served.board.robot);
         served.board.process().wait_for("robot connected");
-        let ran = (0..10).any(|_| served.runs_and_stops());
+        let ran = (0..10).any(|_| runs_and_stops(&served));
         assert!(ran, "no robot for long enough");
         robot.stop();
         drop(sensor);

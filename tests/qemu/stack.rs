@@ -17,8 +17,7 @@ const AVAILABLE: u64 = 128 << 10;
 fn ask(board: &QemuBoard, arguments: &[&str]) -> serde_json::Value {
     let port = format!("tcp:{}", board.service);
     let run = params(&board.folder, &port, &[arguments, &["--json"]].concat());
-    assert_eq!(run.code, Some(0), "{arguments:?}: {}", run.stderr);
-    serde_json::from_str(&run.stdout).unwrap()
+    run.succeeded().json()
 }
 
 /// What the board says when it has looked at its stack, which it does each second.

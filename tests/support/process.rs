@@ -241,6 +241,45 @@ pub struct Finished {
     pub stderr: String,
 }
 
+impl Finished {
+    /// The same, if it ended with 0.
+    ///
+    /// # Panics
+    /// If it did not.
+    #[track_caller]
+    pub fn succeeded(self) -> Self {
+        assert_eq!(self.code, Some(0), "{}", self.stderr);
+        self
+    }
+
+    /// The one JSON document on standard output.
+    ///
+    /// # Panics
+    /// If it printed anything else.
+    #[track_caller]
+    pub fn json(&self) -> Value {
+        serde_json::from_str(&self.stdout)
+            .unwrap_or_else(|error| panic!("{error} in {}\n{}", self.stdout, self.stderr))
+    }
+
+    /// It ended with 1, printed nothing, and its error says all this.
+    ///
+    /// # Panics
+    /// If it did not.
+    #[track_caller]
+    pub fn refused(&self, says: &[&str]) {
+        let (said, error) = ((self.code, self.stdout.as_str()), &self.stderr);
+        assert_eq!(said, (Some(1), ""), "{error}");
+        assert!(
+            error.lines().any(|line| line.starts_with("error: ")),
+            "{error}"
+        );
+        for says in says {
+            assert!(error.contains(says), "expected `{says}` in {error}");
+        }
+    }
+}
+
 /// Runs `softdock` with `arguments` in `folder` to its end.
 ///
 /// # Panics
@@ -283,8 +322,8 @@ pub fn done(folder: &Path, arguments: &[&str]) -> String {
 /// # Panics
 /// If it fails, or prints anything else.
 pub fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let text = done(folder, &[arguments, &["--json"]].concat());
-    serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error} in {text}"))
+    let run = softdock(folder, &[arguments, &["--json"]].concat());
+    run.succeeded().json()
 }
 
 /// Why it ends with 1; it prints nothing then.
@@ -293,8 +332,7 @@ pub fn json(folder: &Path, arguments: &[&str]) -> Value {
 /// If it does.
 pub fn refused(folder: &Path, arguments: &[&str]) -> String {
     let run = softdock(folder, arguments);
-    let said = (run.code, run.stdout.as_str());
-    assert_eq!(said, (Some(1), ""), "{arguments:?}: {}", run.stderr);
+    run.refused(&[]);
     run.stderr
 }
 

@@ -3,7 +3,7 @@
 use serde_json::Value;
 use softdock_io::recording::Recording;
 use softdock_tests::peers::{BUSY_COMPUTER, Board, Robot, Sensor, text};
-use softdock_tests::process::{Running, scratch, softdock, softdock_binary};
+use softdock_tests::process::{self, Running, scratch, softdock, softdock_binary};
 use std::net::{SocketAddr, UdpSocket};
 use std::path::PathBuf;
 use std::process::{Command, ExitStatus};
@@ -92,9 +92,7 @@ fn a_recording_through_the_network_is_the_boards_own_and_replays_bit_for_bit() {
     recorded.wall_clock = own.wall_clock;
     assert_eq!(recorded, own);
 
-    let replay = softdock(&folder, &["replay", "rig.mcap", "--json"]);
-    assert!(replay.success, "{}", replay.stderr);
-    let verdict: Value = serde_json::from_str(&replay.stdout).unwrap();
+    let verdict = process::json(&folder, &["replay", "rig.mcap"]);
     assert_eq!(
         (&verdict["identical"], &verdict["cycles"]),
         (&true.into(), &400.into())

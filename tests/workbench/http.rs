@@ -2,7 +2,7 @@
 
 use super::server::{Bench, imported};
 use serde_json::{Value, json};
-use softdock_tests::process::{done, json, scratch, softdock, words};
+use softdock_tests::process::{done, json, scratch, words};
 use std::fs;
 
 fn selection() -> Value {
@@ -333,7 +333,7 @@ fn a_scenario_is_run_as_the_command_runs_it() {
 #[test]
 fn a_run_that_is_ended_leaves_no_recording() {
     let folder = scratch("workbench_run_ended");
-    assert_eq!(softdock(&folder, &["init", "."]).code, Some(0));
+    done(&folder, &["init", "."]);
     let bench = Bench::start(&folder);
     let args = json!({"scenario": "scenario.toml", "output": "long.mcap", "duration_s": 3000.0});
     let id = bench

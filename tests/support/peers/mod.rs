@@ -20,4 +20,4 @@ pub use rig::{LockStepRig, Motion};
 pub use robot::{Answer, Robot, counts};
 pub use running_robot::RunningRobot;
 pub use sensor::Sensor;
-pub use served::{Served, params, serve};
+pub use served::{Served, params, serve, serve_emulated};

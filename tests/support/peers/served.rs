@@ -1,15 +1,17 @@
 //! `softdock board` with a service, and `softdock params` on it.
 
-use super::Board;
+use super::{Board, QemuBoard};
 use crate::process::{Finished, softdock};
 use std::net::SocketAddr;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Where the service of a board is, from what it said at its start.
 #[derive(Debug)]
-pub struct Served {
+pub struct Served<B = Board> {
     /// The board.
-    pub board: Board,
+    pub board: B,
+    /// Folder of its files.
+    pub folder: PathBuf,
     /// What `--port` takes.
     pub port: String,
 }
@@ -22,10 +24,27 @@ pub fn serve(test: &str, settings: &str, arguments: &[&str]) -> Served {
     let arguments = [&["--service", "127.0.0.1:0"], arguments].concat();
     let board = Board::start(test, settings, &arguments);
     let port = format!("tcp:{}", board.service.as_deref().expect("a service"));
-    Served { board, port }
+    Served {
+        folder: board.folder.clone(),
+        board,
+        port,
+    }
 }
 
-impl Served {
+/// Likewise in QEMU.
+///
+/// # Panics
+/// If it does not come up.
+pub fn serve_emulated(test: &str, settings: &str, arguments: &[&str]) -> Served<QemuBoard> {
+    let board = QemuBoard::start(test, settings, arguments);
+    Served {
+        folder: board.folder.clone(),
+        port: format!("tcp:{}", board.service),
+        board,
+    }
+}
+
+impl<B> Served<B> {
     /// The TCP address of its service.
     ///
     /// # Panics
@@ -39,7 +58,7 @@ impl Served {
 
     /// Runs `softdock params`.
     pub fn params(&self, arguments: &[&str]) -> Finished {
-        params(&self.board.folder, &self.port, arguments)
+        params(&self.folder, &self.port, arguments)
     }
 
     /// What it prints.
@@ -47,9 +66,7 @@ impl Served {
     /// # Panics
     /// If it fails.
     pub fn done(&self, arguments: &[&str]) -> String {
-        let run = self.params(arguments);
-        assert_eq!(run.code, Some(0), "{arguments:?}: {}", run.stderr);
-        run.stdout
+        self.params(arguments).succeeded().stdout
     }
 
     /// Why it fails.
@@ -67,8 +84,8 @@ impl Served {
     /// # Panics
     /// If it fails, or that is no JSON.
     pub fn json(&self, arguments: &[&str]) -> serde_json::Value {
-        let text = self.done(&[arguments, &["--json"]].concat());
-        serde_json::from_str(&text).expect("one JSON document")
+        let run = self.params(&[arguments, &["--json"]].concat());
+        run.succeeded().json()
     }
 }
 
