@@ -212,24 +212,6 @@ fn nothing_is_written_that_could_not_be_read() {
     );
 }
 
-#[cfg(unix)]
-#[test]
-fn links_and_permissions_stay() {
-    use std::os::unix::fs::{PermissionsExt, symlink};
-    let (path, _) = file("edit_link", BEFORE);
-    fs::set_permissions(&path, fs::Permissions::from_mode(0o640)).unwrap();
-    let link = path.with_file_name("link.toml");
-    symlink(&path, &link).unwrap();
-    let file = ModelFile::open(&link).unwrap();
-    let mut after = file.model().clone();
-    after.tool.mass_kg = 5.0;
-    file.edited(&after).unwrap().save().unwrap();
-    assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
-    assert_eq!(Model::load(&path).unwrap().tool.mass_kg, 5.0);
-    let mode = fs::metadata(&path).unwrap().permissions().mode();
-    assert_eq!(mode & 0o777, 0o640);
-}
-
 proptest! {
     /// Whatever a fit finds, the file says it, and every comment is still there.
     #[test]
