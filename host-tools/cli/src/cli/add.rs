@@ -2,7 +2,7 @@
 
 use super::diagnose::tables;
 use super::progress::Progress;
-use super::{fit, logs, print, print_json};
+use super::{answer, fit, logs, print, print_json};
 use anyhow::{Result, bail, ensure};
 use clap::Args;
 use softdock_analysis::add::{Addition, add_effects, model_after, refit_beside, useless};
@@ -108,18 +108,16 @@ impl Add {
                 diagnosis.sentence
             );
         }
-        if self.json {
-            return print_json(&Addition {
-                diagnosis,
-                moved: &[],
-                written: false,
-                difference: "",
-            });
-        }
-        print(&format!(
-            "{}\nThe model file stays as it is.\n",
-            diagnosis.sentence
-        ))
+        let document = Addition {
+            diagnosis,
+            moved: &[],
+            written: false,
+            difference: "",
+        };
+        answer(self.json, &document, || {
+            let sentence = &diagnosis.sentence;
+            format!("{sentence}\nThe model file stays as it is.\n")
+        })
     }
 
     fn show(

@@ -1,6 +1,6 @@
 //! `softdock check`: what a delay will do to a contact, before the contact.
 
-use super::{print, print_json};
+use super::answer;
 use anyhow::{Result, ensure};
 use clap::Args;
 use softdock_experiments::check::{Rig, check, load_board};
@@ -31,17 +31,13 @@ impl CheckCommand {
     pub(super) fn execute(self) -> Result<()> {
         let board = load_board(&self.settings)?;
         let rig = Rig::load(&self.rig, &board)?;
-        let answer = check(&board, &rig)?;
-        if self.json {
-            print_json(&answer)?;
-        } else {
-            print(&answer.to_string())?;
-        }
-        let stable = answer.chosen().is_some_and(|law| law.stable);
+        let found = check(&board, &rig)?;
+        answer(self.json, &found, || found.to_string())?;
+        let stable = found.chosen().is_some_and(|law| law.stable);
         ensure!(
             stable,
             "law `{}` is not stable on this contact: do not close the loop with it",
-            answer.chosen_law
+            found.chosen_law
         );
         Ok(())
     }

@@ -1,8 +1,8 @@
 //! `softdock doctor`: is everything ready for a test?
 
 use super::agree::agree;
+use super::answer;
 use super::progress::Progress;
-use super::{print, print_json};
 use anyhow::{Result, bail, ensure};
 use clap::Args;
 use serde::Serialize;
@@ -76,8 +76,8 @@ impl Onlooker for Terminal {
 }
 
 #[derive(Serialize)]
-struct Summary {
-    checks: Vec<Check>,
+struct Summary<'a> {
+    checks: &'a [Check],
 }
 
 impl Doctor {
@@ -127,11 +127,9 @@ impl Doctor {
         }
         let state = worst(&checks);
         let bad = checks.iter().filter(|c| c.state == State::Bad).count();
-        if self.json {
-            print_json(&Summary { checks })?;
-        } else {
-            print(&format!("{}\n", table(&checks)))?;
-        }
+        answer(self.json, &Summary { checks: &checks }, || {
+            format!("{}\n", table(&checks))
+        })?;
         match state {
             State::Bad => {
                 bail!("{bad} of the checks are bad; no test should run before they are not")

@@ -1,7 +1,7 @@
 //! Where what was measured goes: a settings file, a report, the terminal.
 
+use super::answer;
 use super::outputs::html_file;
-use super::{print, print_json};
 use anyhow::Result;
 use clap::Args;
 use serde::Serialize;
@@ -65,9 +65,6 @@ impl Destination {
         if let Some(file) = &self.into {
             to_standard_error(format_args!("{}", fragment.write_into(file)?));
         }
-        if self.json {
-            return print_json(found);
-        }
-        print(text)
+        answer(self.json, found, || text)
     }
 }

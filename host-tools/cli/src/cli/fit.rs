@@ -1,8 +1,8 @@
 //! `softdock fit`: all parameters of a model together, on a recording.
 
+use super::answer;
 use super::logs;
 use super::progress::Progress;
-use super::{print, print_json};
 use anyhow::{Result, bail};
 use clap::Args;
 use softdock_analysis::fit::judged::Judged;
@@ -59,10 +59,11 @@ impl Fit {
             }
             edited.save()?;
         }
-        if self.json {
-            return print_json(&fit.document(self.write, &edited.difference()));
-        }
-        print(&self.text(&fit, &logs))
+        answer(
+            self.json,
+            &fit.document(self.write, &edited.difference()),
+            || self.text(&fit, &logs),
+        )
     }
 
     fn text(&self, fit: &Judged, logs: &Logs) -> String {

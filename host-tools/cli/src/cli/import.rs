@@ -1,6 +1,6 @@
 //! `softdock import`: logs of other rigs, and tables of our own, as recordings.
 
-use super::{print, print_json};
+use super::answer;
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use serde::Serialize;
@@ -66,12 +66,10 @@ impl Import {
             say!("warning: {warning}");
         }
         let written = self.write(imported)?;
-        if self.json {
-            print_json(&written)
-        } else {
+        answer(self.json, &written, || {
             let logs: Vec<String> = written.logs.iter().map(Summary::text).collect();
-            print(&format!("{}\n", logs.join("\n").trim_end()))
-        }
+            format!("{}\n", logs.join("\n").trim_end())
+        })
     }
 
     fn read(&self) -> Result<Imported> {

@@ -174,6 +174,18 @@ fn print_json(value: &impl Serialize) -> Result<()> {
     print(&format!("{}\n", serde_json::to_string_pretty(value)?))
 }
 
+/// Writes a result to standard output: one JSON document, or this text.
+fn answer<Text: AsRef<str>>(
+    json: bool,
+    value: &impl Serialize,
+    text: impl FnOnce() -> Text,
+) -> Result<()> {
+    match json {
+        true => print_json(value),
+        false => print(text().as_ref()),
+    }
+}
+
 /// Writes an error as the one JSON document, unless a result stands there already: then the exit code and standard
 /// error say the rest.
 pub fn print_json_error(error: &str) {

@@ -1,10 +1,10 @@
 //! `softdock record`: telemetry of a board into recordings.
 
+use super::answer;
 use super::live::raised_by_ctrl_c;
 use super::outputs::mcap_file;
 use super::piece_args::PieceArgs;
 use super::progress::spinner;
-use super::{print, print_json};
 use anyhow::{Result, bail, ensure};
 use clap::Args;
 use indicatif::ProgressBar;
@@ -77,10 +77,7 @@ impl Record {
         let progress = recorder.progress();
         let (summary, finished) = recorder.finish();
         if !summary.recordings.is_empty() {
-            match self.json {
-                true => print_json(&summary)?,
-                false => print(&text(&summary))?,
-            }
+            answer(self.json, &summary, || text(&summary))?;
         }
         rest.and(finished)?;
         verdict(&summary, &progress)

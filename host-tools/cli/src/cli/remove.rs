@@ -1,6 +1,6 @@
 //! `softdock remove`: an effect out of the model file again.
 
-use super::{print, print_json};
+use super::answer;
 use anyhow::Result;
 use clap::Args;
 use serde::Serialize;
@@ -40,20 +40,18 @@ impl Remove {
         if !self.dry_run {
             edited.save()?;
         }
-        if self.json {
-            return print_json(&Document {
-                effect: &self.effect,
-                written: !self.dry_run,
-                difference: &difference,
-            });
-        }
-        if self.dry_run {
-            return print(&difference);
-        }
-        print(&format!(
-            "Removed from {}: {}. `softdock diagnose` says what is missing now.\n",
-            self.model.display(),
-            self.effect
-        ))
+        let document = Document {
+            effect: &self.effect,
+            written: !self.dry_run,
+            difference: &difference,
+        };
+        answer(self.json, &document, || match self.dry_run {
+            true => difference.clone(),
+            false => format!(
+                "Removed from {}: {}. `softdock diagnose` says what is missing now.\n",
+                self.model.display(),
+                self.effect
+            ),
+        })
     }
 }

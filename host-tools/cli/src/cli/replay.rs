@@ -1,6 +1,6 @@
 //! `softdock replay`: recompute a recording.
 
-use super::{print, print_json};
+use super::answer;
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use softdock_io::recording::Recording;
@@ -27,11 +27,7 @@ pub(super) struct Replay {
 impl Replay {
     pub(super) fn execute(self) -> Result<()> {
         let report = self.recompute()?;
-        if self.json {
-            print_json(&report)?;
-        } else {
-            print(&format!("{report}\n"))?;
-        }
+        answer(self.json, &report, || format!("{report}\n"))?;
         if !report.identical {
             bail!("the replay differs from the recording");
         }

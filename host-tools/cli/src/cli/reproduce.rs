@@ -1,6 +1,6 @@
 //! `softdock reproduce`: the paper's experiment.
 
-use super::{print, print_json};
+use super::answer;
 use crate::cli::progress::counter;
 use anyhow::{Context, Result};
 use clap::Args;
@@ -57,13 +57,9 @@ impl Reproduce {
         write_whole(&html, page(&reproduction)?.to_html())?;
         write_whole(&json, serde_json::to_string_pretty(&document)?)?;
         say!("report: {}\ndata:   {}", html.display(), json.display());
-        if self.json {
-            return print_json(&document);
-        }
-        let (rows, bounces) = (table(&reproduction), bounce_table(&reproduction));
-        print(&format!(
-            "{rows}\n\n{bounces}\n\n{}\n",
-            headline(&reproduction)
-        ))
+        answer(self.json, &document, || {
+            let (rows, bounces) = (table(&reproduction), bounce_table(&reproduction));
+            format!("{rows}\n\n{bounces}\n\n{}\n", headline(&reproduction))
+        })
     }
 }

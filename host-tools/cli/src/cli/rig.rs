@@ -2,7 +2,7 @@
 
 use super::live::raised_by_ctrl_c;
 use super::progress::spinner;
-use super::{print, print_json, three_numbers};
+use super::{answer, print, print_json, three_numbers};
 use anyhow::{Result, bail, ensure};
 use clap::Args;
 use indicatif::ProgressBar;
@@ -123,10 +123,7 @@ impl RigCommand {
         let tally = peer.run(&stop, self.seconds, poses(), &display)?;
         drop(display);
         let summary = tally.summary();
-        match self.json {
-            true => print_json(&summary)?,
-            false => print(&format!("{summary}\n"))?,
-        }
+        answer(self.json, &summary, || format!("{summary}\n"))?;
         ensure!(
             summary.runs > 0,
             "no board answered on UDP {}: does it run, and is this its --robot address?",

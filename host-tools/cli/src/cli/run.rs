@@ -2,7 +2,7 @@
 
 use super::outputs::mcap_file;
 use super::piece_args::PieceArgs;
-use super::{law_names, print, print_json, three_numbers};
+use super::{answer, law_names, three_numbers};
 use crate::cli::progress::Progress;
 use anyhow::{Context, Result, bail};
 use clap::Args;
@@ -141,11 +141,7 @@ impl Run {
         for warning in &summary.warnings {
             say!("warning: {warning}");
         }
-        if self.json {
-            print_json(&summary)?;
-        } else {
-            print(&text(&summary))?;
-        }
+        answer(self.json, &summary, || text(&summary))?;
         // The recording is whole, but what a script does next is meant for a test that went to its end.
         if let Some(fault) = summary.fault {
             bail!("the run ended in a latched fault: {fault}");

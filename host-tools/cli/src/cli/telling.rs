@@ -1,7 +1,7 @@
 //! Where what a command found goes: a report, the terminal.
 
+use super::answer;
 use super::outputs::html_file;
-use super::{print, print_json};
 use anyhow::Result;
 use clap::Args;
 use serde::Serialize;
@@ -43,9 +43,6 @@ impl Telling {
             write_whole(file, page()?.to_html())?;
             say!("report: {}", file.display());
         }
-        if self.json {
-            return print_json(found);
-        }
-        print(&text())
+        answer(self.json, found, text)
     }
 }

@@ -1,6 +1,6 @@
 //! `softdock bench diagnose`: how often the diagnosis is right, and how right what it says is.
 
-use super::super::{print, print_json};
+use super::super::{answer, print};
 use crate::cli::progress::counter;
 use anyhow::{Result, ensure};
 use clap::Args;
@@ -66,7 +66,7 @@ struct Document<'a> {
     max_seconds: Option<f64>,
     memory_mb: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    nothing_hidden: Option<Nothing>,
+    nothing_hidden: Option<&'a Nothing>,
     rows: &'a [Row],
 }
 
@@ -98,10 +98,10 @@ impl Diagnose {
             }
         };
         let nothing = self.nothing_hidden.map(|_| Nothing::of(&scored.rows));
-        if self.json {
-            return print_json(&document(&scored, nothing));
-        }
-        print(&self.text(&scored, nothing.as_ref()))
+        let nothing = nothing.as_ref();
+        answer(self.json, &document(&scored, nothing), || {
+            self.text(&scored, nothing)
+        })
     }
 
     fn specs(&self) -> Result<Vec<CaseSpec>> {
@@ -157,7 +157,7 @@ impl Diagnose {
     }
 }
 
-fn document(scored: &Scored, nothing_hidden: Option<Nothing>) -> Document<'_> {
+fn document<'a>(scored: &'a Scored, nothing_hidden: Option<&'a Nothing>) -> Document<'a> {
     let scores = &scored.scores;
     Document {
         scores: rates(scores)

@@ -1,7 +1,7 @@
 //! `softdock campaign run`.
 
+use crate::cli::answer;
 use crate::cli::live::raised_by_ctrl_c;
-use crate::cli::{print, print_json};
 use anyhow::{Result, ensure};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -85,11 +85,7 @@ impl Run {
             rows_per_processor_second: per_second(done.carried_out),
             cycles_per_processor_second: per_second(done.cycles),
         };
-        if self.json {
-            print_json(&summary)?;
-        } else {
-            print(&text(&summary))?;
-        }
+        answer(self.json, &summary, || text(&summary))?;
         // Single rows may fail, that is what a campaign is for; if all do, the plan or the program is wrong. A shard may have no other
         // rows than those of one refused value: a cluster that carries it out again, because it failed, would do so for ever.
         ensure!(

@@ -1,7 +1,7 @@
 //! `softdock campaign merge`.
 
+use crate::cli::answer;
 use crate::cli::outputs::html_file;
-use crate::cli::{print, print_json};
 use anyhow::{Result, ensure};
 use clap::Args;
 use serde::Serialize;
@@ -102,9 +102,6 @@ impl Merge {
             failed: failed(&table)?,
             summary,
         };
-        if self.json {
-            return print_json(&merged);
-        }
-        print(&merged.text())
+        answer(self.json, &merged, || merged.text())
     }
 }

@@ -1,6 +1,6 @@
 //! `softdock campaign plan`.
 
-use crate::cli::{print, print_json};
+use crate::cli::answer;
 use anyhow::{Result, ensure};
 use clap::Args;
 use serde::Serialize;
@@ -69,9 +69,6 @@ impl Plan {
             combinations: plan.combinations(),
             factors: factors.collect(),
         };
-        if self.json {
-            return print_json(&planned);
-        }
         let mut table = Table::new(
             ["factor", "unit", "values", "setting"]
                 .map(Column::text)
@@ -86,11 +83,9 @@ impl Plan {
             ];
             table.push(cells.map(Cell::text).into());
         }
-        print(&format!(
-            "{table}\n{} rows, plan {}\nNext: softdock campaign run {}\n",
-            planned.rows,
-            planned.hash,
-            quoted(&place)
-        ))
+        answer(self.json, &planned, || {
+            let (rows, hash, place) = (planned.rows, planned.hash, quoted(&place));
+            format!("{table}\n{rows} rows, plan {hash}\nNext: softdock campaign run {place}\n")
+        })
     }
 }

@@ -1,7 +1,7 @@
 //! `softdock campaign rerun`.
 
+use crate::cli::answer;
 use crate::cli::outputs::mcap_file;
-use crate::cli::{print, print_json};
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use serde::Serialize;
@@ -81,10 +81,7 @@ impl Rerun {
             conditions: factors.zip(plan.conditions(self.index).values).collect(),
             outcome: &outcome,
         };
-        if self.json {
-            return print_json(&again);
-        }
-        print(&again.text(&row))
+        answer(self.json, &again, || again.text(&row))
     }
 
     /// Runs the row and records every cycle.

@@ -1,6 +1,6 @@
 //! `softdock campaign status`.
 
-use crate::cli::{print, print_json};
+use crate::cli::answer;
 use anyhow::Result;
 use clap::Args;
 use softdock_experiments::campaign::place::Place;
@@ -25,9 +25,6 @@ impl Status {
         let place = Place::open(&self.campaign)?;
         let plan = Plan::read(&place)?;
         let progress = progress(&plan, &place)?;
-        if self.json {
-            return print_json(&progress);
-        }
         let Progress {
             rows,
             done,
@@ -52,8 +49,8 @@ impl Status {
             0 => String::new(),
             kept => format!("; {kept} more are kept by shards that were interrupted or still run"),
         };
-        print(&format!(
-            "{done} of {rows} rows done, {failed} of them failed{kept}\n{next}\n"
-        ))
+        answer(self.json, &progress, || {
+            format!("{done} of {rows} rows done, {failed} of them failed{kept}\n{next}\n")
+        })
     }
 }

@@ -1,7 +1,7 @@
 //! What the board's settings are: nothing is changed.
 
 use super::{Board, File};
-use crate::cli::{print, print_json};
+use crate::cli::{answer, print, print_json};
 use anyhow::Result;
 use serde::Serialize;
 use softdock_commissioning::parameters::{self, Difference, Setting, differences, missing};
@@ -40,9 +40,6 @@ struct Got<'a> {
 impl Board {
     pub(super) fn print_list(&mut self) -> Result<()> {
         let settings = self.settings()?;
-        if self.json {
-            return print_json(&serde_json::json!({ "settings": settings }));
-        }
         let mut table = Table::new(vec![
             Column::text("Name"),
             Column::text("Value"),
@@ -60,7 +57,8 @@ impl Board {
                 Cell::text(meaning),
             ]);
         }
-        print(&table.to_string())
+        let document = serde_json::json!({ "settings": settings });
+        answer(self.json, &document, || table.to_string())
     }
 
     pub(super) fn get(&mut self, name: &str) -> Result<()> {
@@ -70,10 +68,9 @@ impl Board {
         let Setting {
             name, value, unit, ..
         } = setting;
-        match self.json {
-            true => print_json(&Got { name, value, unit }),
-            false => print(&format!("{}\n", format!("{value} {unit}").trim_end())),
-        }
+        answer(self.json, &Got { name, value, unit }, || {
+            format!("{}\n", format!("{value} {unit}").trim_end())
+        })
     }
 
     pub(super) fn dump(&mut self, output: Option<&Path>, force: bool) -> Result<()> {

@@ -1,7 +1,7 @@
 //! The state of the board, and an operator's commands.
 
 use super::Board;
-use crate::cli::{print, print_json};
+use crate::cli::{answer, print, print_json};
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use softdock_commissioning::parameters::words;
@@ -110,10 +110,8 @@ impl Board {
         }
         let status = self.client.operate(text);
         let status = status.with_context(|| self.port.clone())?;
-        match self.json {
-            true => print_json(&serde_json::json!({ "command": text, "mode": status.mode })),
-            false => print(&format!("mode {}\n", status.mode)),
-        }
+        let document = serde_json::json!({ "command": text, "mode": status.mode });
+        answer(self.json, &document, || format!("mode {}\n", status.mode))
     }
 }
 
