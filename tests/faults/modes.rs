@@ -193,7 +193,7 @@ fn zero_takes_the_mean_reading<S: Scalar>(tolerance: f64) {
     assert!(left.iter().all(|v| v.abs() < tolerance), "{left:?}");
 }
 
-/// An overload is no rest: what it leaves in the mean is not taken for the sensor's zero.
+/// An overload is no rest: what it leaves in the mean is not taken for the sensor's zero; nor is a contact.
 fn zero_waits_for_rest_after_an_overload<S: Scalar>() {
     let mut driver = idle::<S>(&flying(SPEED_M_S));
     driver.command(Command::Hold);
@@ -208,6 +208,11 @@ fn zero_waits_for_rest_after_an_overload<S: Scalar>() {
     }
     assert_eq!(refused(&mut driver), None);
     assert_eq!(driver.step().trace.wrench_at_m, [0.0; 6]);
+    driver.inputs.sensor.wrench[0] = 500.0;
+    for _ in 0..500 {
+        driver.step();
+    }
+    assert_eq!(refused(&mut driver), Some(Refusal::ForceTooLarge));
 }
 
 in_three_scalars! {

@@ -2,9 +2,10 @@
 //! cycle.
 
 use super::{CRUISE_COUNTS, SPEED_M_S, assert_fault};
+use softdock_app::record::CycleRecord;
 use softdock_control::io::Sequence;
 use softdock_control::limits::LimitFlags;
-use softdock_control::modes::{Command, FaultCode, Mode};
+use softdock_control::modes::{Command, FaultCode, Mode, Refusal};
 use softdock_control::scalar::Scalar;
 use softdock_control::settings::CorrectionMode;
 use softdock_tests::driver::{CycleDriver, cruising, flying, idle};
@@ -126,6 +127,17 @@ fn a_box_is_kept_and_then_faults<S: Scalar>(tolerance_m: f64) {
     assert_fault(&driver, FaultCode::SustainedClamp, 25.0, 26.0);
 }
 
+fn a_robot_that_was_moved_after_arming_is_armed_again<S: Scalar>() {
+    let mut driver = idle::<S>(&flying(SPEED_M_S));
+    driver.arm().unwrap();
+    driver.inputs.robot.pose = Some([0.002, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let record = driver.command(Command::Start);
+    assert_eq!(record.trace.refusal, Some(Refusal::MovedSinceArmed));
+    assert_eq!(record.trace.mode, Mode::Armed);
+    driver.command(Command::Hold);
+    driver.start().unwrap();
+}
+
 /// With absolute corrections, rest is the offset that was reached: in a fault, in a hold, until
 /// the robot forgets it.
 fn absolute_mode_holds_the_offset<S: Scalar>() {
@@ -169,5 +181,58 @@ in_three_scalars! {
     poscorr: a_robot_that_clamps_freezes_the_model,
     /// Rounding of a division by the cycle time.
     box_wall: a_box_is_kept_and_then_faults => f64 1e-15, f32 1e-9, fixed 1e-9,
+    moved: a_robot_that_was_moved_after_arming_is_armed_again,
     absolute: absolute_mode_holds_the_offset
+}
+
+/// Lets the robot be where the corrections have taken it.
+fn follow(driver: &mut CycleDriver<f64>, record: &CycleRecord) {
+    if let Some(pose) = &mut driver.inputs.robot.pose {
+        for (p, counts) in pose.iter_mut().zip(record.output.correction).take(3) {
+            *p += counts as f64 * 1e-7;
+        }
+    }
+}
+
+#[test]
+fn the_box_is_around_the_start_of_the_rsi_run_not_of_each_arming() {
+    let mut settings = flying(0.2);
+    settings.limits.box_m = [0.1; 3];
+    settings.limits.clamp_fault_cycles = 10_000;
+    let mut driver = idle::<f64>(&settings);
+    for _ in 0..2 {
+        driver.start().unwrap();
+        for _ in 0..150 {
+            let record = driver.step();
+            follow(&mut driver, &record);
+        }
+        driver.command(Command::Stop);
+        for _ in 0..40 {
+            let record = driver.step();
+            follow(&mut driver, &record);
+        }
+    }
+    let x = driver.inputs.robot.pose.unwrap()[0];
+    assert!(x <= 0.1 + 1e-6 && x > 0.09, "{x}");
+}
+
+#[test]
+fn a_gap_does_not_look_like_an_acceleration() {
+    let mut driver = idle::<f64>(&flying(0.0));
+    let speed = 0.3;
+    let mut x = 0.0;
+    for n in 0..200 {
+        let lost = if n == 150 { 5 } else { 0 };
+        x += speed * 0.004 * f64::from(lost + 1);
+        driver.inputs.robot.pose = Some([x, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let record = driver.step_with(|inputs| {
+            if lost > 0 {
+                inputs.robot.sequence = Sequence::Gap(lost);
+            }
+        });
+        if n > 0 {
+            let executed = record.trace.executed_velocity[0];
+            assert!((executed - speed).abs() < 1e-9, "{n}: {executed}");
+        }
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::{CRUISE_COUNTS, SPEED_M_S, assert_fault};
 use softdock_app::record::Inputs;
-use softdock_control::io::SensorSample;
+use softdock_control::io::{SensorSample, Sequence};
 use softdock_control::limits::LimitFlags;
 use softdock_control::modes::{Command, FaultCode, Mode, Refusal};
 use softdock_control::scalar::Scalar;
@@ -138,10 +138,18 @@ fn at_once() -> Vec<(Spoil, FaultCode, f64, f64)> {
     ]
 }
 
-/// Zero in the same cycle, for ever; only an overload also asks the robot to stop.
+/// Zero in the same cycle, for ever, in a run and while a stop of it fades out; only an overload also asks the robot to
+/// stop, until its run ends.
 fn an_unhealthy_sample_latches_at_once<S: Scalar>() {
-    for (spoil, code, expected, received) in at_once() {
+    let fading = at_once().into_iter().map(|case| (true, case));
+    let running = at_once().into_iter().map(|case| (false, case));
+    for (fades, (spoil, code, expected, received)) in running.chain(fading) {
         let mut driver = cruising::<S>(&flying(SPEED_M_S));
+        if fades {
+            let record = driver.command(Command::Stop);
+            assert_eq!(record.trace.mode, Mode::Hold);
+            assert_ne!(record.output.correction, [0; 6]);
+        }
         let record = driver.step_with(|inputs| spoil(&mut inputs.sensor));
         assert_fault(&driver, code, expected, received);
         assert_eq!(record.trace.fault, driver.cycle.fault());
@@ -153,6 +161,9 @@ fn an_unhealthy_sample_latches_at_once<S: Scalar>() {
             assert_eq!(record.output.stop, code == FaultCode::Overload);
         }
         assert_fault(&driver, code, expected, received);
+        let record = driver.step_with(|inputs| inputs.robot.sequence = Sequence::NewRun);
+        assert!(!record.output.stop, "the next run must be able to begin");
+        assert_eq!(record.trace.mode, Mode::Fault);
     }
 }
 
