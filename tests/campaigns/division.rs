@@ -1,7 +1,7 @@
 //! One shard, many shards, stopped and resumed: the same bytes; and what merge refuses.
 
 use super::{ROWS, merged, plan};
-use softdock_tests::process::{Running, done, json, refused, scratch, softdock_binary, words};
+use softdock_tests::process::{Running, done, json, scratch, softdock, softdock_binary};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -19,22 +19,17 @@ pub(super) fn whole() -> &'static [u8] {
     })
 }
 
-/// Carries all shards of `of` out, but those that are left out.
-fn shards(folder: &Path, of: u64, left_out: &[u64]) {
-    for number in (0..of).filter(|number| !left_out.contains(number)) {
-        let shard = format!("{number}/{of}");
-        done(
-            folder,
-            &["campaign", "run", "c", "--shard", &shard, "--threads", "2"],
-        );
-    }
-}
-
 #[test]
 fn the_table_does_not_depend_on_how_the_rows_are_divided() {
     let folder = scratch("campaign_divided");
     plan(&folder, "c");
-    shards(&folder, 7, &[]);
+    for number in 0..7 {
+        let shard = format!("{number}/7");
+        done(
+            &folder,
+            &["campaign", "run", "c", "--shard", &shard, "--threads", "2"],
+        );
+    }
     assert!(merged(&folder, "c") == whole());
 }
 
@@ -55,55 +50,52 @@ fn parts_that_were_copied_together_make_the_same_table() {
     assert!(merged(&folder, "c") == whole());
 }
 
+/// Of a campaign that is planned at `place`, which keeps its files in `kept`: the missing shard is named, and gaps, rows
+/// that stand twice, parts of other plans and half a part are refused.
+pub(super) fn refuses(folder: &Path, place: &str, kept: &str) {
+    let run = |shard: &str| {
+        done(folder, &["campaign", "run", place, "--shard", shard]);
+    };
+    let merge = ["campaign", "merge", place, "-o", "t.parquet"];
+    run("0/2");
+    let status = json(folder, &["campaign", "status", place]);
+    assert_eq!(status["missing_shards"], serde_json::json!([1]));
+    assert_eq!(status["shards"], 2);
+    softdock(folder, &merge).refused(&["12 of 24 rows are missing, the first is row 1"]);
+    assert!(!folder.join("t.parquet").exists());
+    run("0/4");
+    run("1/2");
+    softdock(folder, &merge).refused(&["row 0 stands in part 0/2 and in part 0/4"]);
+
+    // A part of the same scenario under another campaign.
+    let other = super::CAMPAIGN.replace("seed = 7", "seed = 8");
+    fs::write(folder.join("campaign.toml"), other).unwrap();
+    let other = format!("{place}-other");
+    done(folder, &["campaign", "plan", "campaign.toml", "-o", &other]);
+    let part = folder.join(kept).join("part-0-of-2.parquet");
+    let copied = format!("{kept}-other/part-0-of-2.parquet");
+    fs::copy(&part, folder.join(copied)).unwrap();
+    for command in [&["run", "--shard", "0/2"][..], &["status"]] {
+        let arguments = [&["campaign"], command, &[&other]].concat();
+        softdock(folder, &arguments).refused(&["is of another plan"]);
+    }
+    // Half a part is no part.
+    let bytes = fs::read(&part).unwrap();
+    fs::write(&part, &bytes[..bytes.len() / 2]).unwrap();
+    softdock(folder, &["campaign", "run", place, "--shard", "0/2"])
+        .refused(&["is not a whole table"]);
+}
+
 #[test]
-fn a_missing_shard_is_named_and_merge_refuses_the_gap() {
-    let folder = scratch("campaign_gap");
+fn gaps_doubles_and_parts_of_another_plan_are_refused() {
+    let folder = scratch("campaign_refused");
     plan(&folder, "c");
     let before = json(&folder, &["campaign", "status", "c"]);
     assert_eq!(
         (&before["rows"], &before["done"]),
         (&ROWS.into(), &0.into())
     );
-    shards(&folder, 5, &[1, 3]);
-    let status = json(&folder, &["campaign", "status", "c"]);
-    assert_eq!(status["missing_shards"], serde_json::json!([1, 3]));
-    assert_eq!(status["shards"], 5);
-    let error = refused(&folder, &["campaign", "merge", "c", "-o", "t.parquet"]);
-    assert!(
-        error.contains("of 24 rows are missing, the first is row 1"),
-        "{error}"
-    );
-    assert!(!folder.join("t.parquet").exists());
-}
-
-#[test]
-fn merge_refuses_rows_that_stand_twice_and_parts_of_other_plans() {
-    let folder = scratch("campaign_twice");
-    plan(&folder, "c");
-    shards(&folder, 1, &[]);
-    shards(&folder, 4, &[0, 1, 2]);
-    let error = refused(&folder, &["campaign", "merge", "c", "-o", "t.parquet"]);
-    assert!(error.contains("stands in part"), "{error}");
-
-    // A part of the same scenario under another campaign.
-    let other = super::CAMPAIGN.replace("seed = 7", "seed = 8");
-    fs::write(folder.join("campaign.toml"), other).unwrap();
-    done(&folder, &words("campaign plan campaign.toml -o other"));
-    fs::copy(
-        folder.join("c/part-0-of-1.parquet"),
-        folder.join("other/part-0-of-1.parquet"),
-    )
-    .unwrap();
-    for command in ["run", "status"] {
-        let error = refused(&folder, &["campaign", command, "other"]);
-        assert!(error.contains("is of another plan"), "{error}");
-    }
-    // Half a part is no part.
-    let part = folder.join("c/part-0-of-1.parquet");
-    let bytes = fs::read(&part).unwrap();
-    fs::write(&part, &bytes[..bytes.len() / 2]).unwrap();
-    let error = refused(&folder, &["campaign", "run", "c"]);
-    assert!(error.contains("is not a whole table"), "{error}");
+    refuses(&folder, "c", "c");
 }
 
 /// Waits until a journal of the campaign has rows.

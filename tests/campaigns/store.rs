@@ -17,10 +17,6 @@ fn store(test: &str) -> (PathBuf, String) {
     (folder, address)
 }
 
-fn run(folder: &Path, address: &str, shard: &str) {
-    done(folder, &["campaign", "run", address, "--shard", shard]);
-}
-
 fn planned(folder: &Path, address: &str) {
     done(
         folder,
@@ -65,7 +61,7 @@ fn the_recipe_of_the_page_leads_to_the_same_table() {
 fn one_shard_in_a_store_gives_the_same_table() {
     let (folder, address) = store("campaign_store_whole");
     planned(&folder, &address);
-    run(&folder, &address, "0/1");
+    done(&folder, &["campaign", "run", &address, "--shard", "0/1"]);
     let names = fs::read_dir(folder.join("store")).unwrap();
     let mut names: Vec<_> = names.map(|file| file.unwrap().file_name()).collect();
     names.sort();
@@ -128,37 +124,13 @@ fn an_upload_that_is_killed_leaves_no_part() {
 fn gaps_doubles_and_parts_of_another_plan_are_refused() {
     let (folder, address) = store("campaign_store_refused");
     planned(&folder, &address);
-    run(&folder, &address, "0/2");
-    let merge = ["campaign", "merge", &address, "-o", "t.parquet"];
-    let error = refused(&folder, &merge);
-    assert!(
-        error.contains("12 of 24 rows are missing, the first is row 1"),
-        "{error}"
-    );
-    let status = json(&folder, &["campaign", "status", &address]);
-    assert_eq!(status["missing_shards"], serde_json::json!([1]));
-    run(&folder, &address, "0/4");
-    run(&folder, &address, "1/2");
-    assert!(refused(&folder, &merge).contains("row 0 stands in part 0/2 and in part 0/4"));
-
-    // Nobody plans over it, and a part of another plan is none.
+    // Nobody plans over it.
     let error = refused(
         &folder,
         &["campaign", "plan", "campaign.toml", "-o", &address],
     );
     assert!(error.contains("exists already"), "{error}");
-    let other = super::CAMPAIGN.replace("seed = 7", "seed = 8");
-    fs::write(folder.join("campaign.toml"), other).unwrap();
-    let elsewhere = format!("{address}-other");
-    planned(&folder, &elsewhere);
-    let part = "part-0-of-2.parquet";
-    fs::copy(
-        folder.join("store").join(part),
-        folder.join("store-other").join(part),
-    )
-    .unwrap();
-    let error = refused(&folder, &["campaign", "run", &elsewhere, "--shard", "0/2"]);
-    assert!(error.contains("is of another plan"), "{error}");
+    division::refuses(&folder, &address, "store");
 }
 
 #[test]
