@@ -5,7 +5,6 @@ mod bounce;
 mod delay_energy;
 mod docking;
 mod free_flight;
-mod observation;
 mod rig_hidden;
 mod rig_motion_named;
 mod rotating_q;

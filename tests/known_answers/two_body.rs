@@ -1,12 +1,13 @@
-//! Two free spacecraft: what the pair of contact wrenches conserves, and how one spacecraft moves as seen
-//! from the other.
+//! Two free spacecraft: what the pair of contact wrenches conserves, and how the docking surface of one, J (= N) on K,
+//! moves as seen from that of the other, P on Q.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use softdock_control::dynamics::{BodyState, TwoBody, TwoBodyState, relative_velocity};
+use softdock_control::dynamics::{BodyState, ObservationFrames, TwoBody, TwoBodyState};
 use softdock_control::frames::{Twist, Wrench, components, pose};
 use softdock_control::scalar::{Fixed, Scalar};
-use softdock_control::settings::BodySettings;
+use softdock_control::settings::{BodySettings, FrameSettings, Settings};
+use softdock_tests::driver::idle;
 
 const CYCLE_S: f64 = 0.004;
 const CYCLES: u32 = 250;
@@ -40,13 +41,17 @@ impl Motion {
         UnitQuaternion::from_scaled_axis(Vector::from(self.turn))
     }
 
-    fn settings(&self, mass_kg: f64) -> BodySettings {
+    fn orientation_wxyz(&self) -> [f64; 4] {
         let q = self.rotation();
+        [q.w, q.i, q.j, q.k]
+    }
+
+    fn settings(&self, mass_kg: f64) -> BodySettings {
         BodySettings {
             mass_kg,
             inertia_kg_m2: [[80.0, 5.0, 0.0], [5.0, 150.0, -3.0], [0.0, -3.0, 210.0]],
             position_m: self.position,
-            orientation_wxyz: [q.w, q.i, q.j, q.k],
+            orientation_wxyz: self.orientation_wxyz(),
             velocity_m_s: self.velocity,
             angular_velocity_rad_s: self.spin,
             ..BodySettings::default()
@@ -61,9 +66,8 @@ impl Motion {
     }
 
     fn state<S: Scalar>(&self) -> BodyState<S> {
-        let q = self.rotation();
         BodyState {
-            c_from_body: pose(&self.position, &[q.w, q.i, q.j, q.k]),
+            c_from_body: pose(&self.position, &self.orientation_wxyz()),
             velocity: Twist {
                 linear: softdock_control::frames::vector(&self.velocity),
                 angular: softdock_control::frames::vector(&self.spin),
@@ -145,18 +149,31 @@ fn pair_cancels<S: Scalar>(
     Ok(())
 }
 
-/// v_K − v_Q − ω_Q × p and ω_K − ω_Q against the difference of two exact relative poses.
+/// v_J − v_P − ω_P × p and ω_J − ω_P against the difference of two exact relative poses; `j` and `p` are where the surfaces
+/// stand on K and Q.
 fn relative_motion_is_the_derivative<S: Scalar>(
-    k: &Motion,
-    q: &Motion,
+    [k, q, j, p]: [&Motion; 4],
     tolerance: f64,
 ) -> Result<(), TestCaseError> {
     let h = 1e-4;
-    let q_from_k = |t: f64| q.pose_after(t).inverse() * k.pose_after(t);
-    let (before, now, after) = (q_from_k(-h), q_from_k(0.0), q_from_k(h));
+    let p_from_j = |t: f64| {
+        let [j, p] = [j, p].map(|surface| surface.pose_after(0.0));
+        (q.pose_after(t) * p).inverse() * k.pose_after(t) * j
+    };
+    let (before, now, after) = (p_from_j(-h), p_from_j(0.0), p_from_j(h));
     let linear = (after.translation.vector - before.translation.vector) / (2.0 * h);
     let turned = (before.rotation.inverse() * after.rotation).scaled_axis() / (2.0 * h);
-    let found = relative_velocity(&k.state::<S>(), &q.state::<S>());
+    let frames = ObservationFrames::<S>::new(&FrameSettings {
+        j_position_m: j.position,
+        j_orientation_wxyz: j.orientation_wxyz(),
+        p_position_m: p.position,
+        p_orientation_wxyz: p.orientation_wxyz(),
+    });
+    let state = TwoBodyState {
+        k: k.state(),
+        q: q.state(),
+    };
+    let found = frames.observe(&state).relative_velocity;
     let error = Vector::from(components(&found.linear)) - linear;
     prop_assert!(error.norm() < tolerance, "{found:?} {linear}");
     let error = Vector::from(components(&found.angular)) - turned;
@@ -194,14 +211,30 @@ proptest! {
         pair_cancels::<Fixed>(&k, &q, &wrench, &about, 5e-6)?;
     }
 
-    /// f64: a central difference over 0.1 ms errs by h² ω² v/6 and 1e-15 m / h. f32: 0.6 m/s ×
-    /// 6e-8 × some ten operations. Fixed: some ten times 2.3e-10, times a lever of 7 m.
+    /// f64: a central difference over 0.1 ms errs by h² ω² v/6 and 1e-15 m / h. f32: 1 m/s ×
+    /// 6e-8 × some thirty operations. Fixed: some ten times 2.3e-10, times a lever of 14 m.
     #[test]
     fn relative_velocity_is_the_derivative_of_the_relative_pose(
-        k in any_motion(), q in any_motion(),
+        k in any_motion(), q in any_motion(), j in any_motion(), p in any_motion(),
     ) {
-        relative_motion_is_the_derivative::<f64>(&k, &q, 1e-9)?;
-        relative_motion_is_the_derivative::<f32>(&k, &q, 2e-6)?;
-        relative_motion_is_the_derivative::<Fixed>(&k, &q, 2e-8)?;
+        let moved = [&k, &q, &j, &p];
+        relative_motion_is_the_derivative::<f64>(moved, 1e-9)?;
+        relative_motion_is_the_derivative::<f32>(moved, 4e-6)?;
+        relative_motion_is_the_derivative::<Fixed>(moved, 4e-8)?;
     }
+}
+
+/// Before the start the surfaces stand where the operator has put them.
+#[test]
+fn before_the_start_the_initial_conditions_are_seen() {
+    let mut settings = Settings::default();
+    settings.body_q.position_m = [1.0, 0.0, 0.0];
+    settings.frames.j_position_m = [0.25, 0.0, 0.0];
+    settings.frames.p_position_m = [-0.25, 0.0, 0.0];
+    let driver = idle::<f64>(&settings);
+    let seen = driver.cycle.cycle().observe().p_from_j.translation.vector;
+    assert!(
+        (seen - Vector::new(-0.5, 0.0, 0.0)).norm() < 1e-12,
+        "{seen}"
+    );
 }
