@@ -8,6 +8,7 @@ use softdock_control::frames::{Twist, Wrench, pose};
 use softdock_control::limits::LimitFlags;
 use softdock_control::scalar::Scalar;
 use softdock_control::settings::{BodySettings, DynamicCompensation, FrameSettings, Settings};
+use softdock_tests::bench::sane;
 use softdock_tests::driver::{cruising, idle};
 use softdock_tests::in_three_scalars;
 
@@ -44,29 +45,7 @@ fn widest() -> Settings {
 }
 
 fn assert_sane(record: &CycleRecord, settings: &Settings) {
-    let t = &record.trace;
-    let numbers = [
-        &t.body_k.pose[..],
-        &t.body_k.velocity,
-        &t.body_q.pose,
-        &t.body_q.velocity,
-    ];
-    let more = [
-        &t.law_velocity[..],
-        &t.sent_velocity,
-        &t.wrench_at_m,
-        &t.command_pose,
-    ];
-    for group in numbers.into_iter().chain(more) {
-        assert!(group.iter().all(|v| v.is_finite()), "{t:?}");
-    }
-    for velocity in [t.body_k.velocity, t.body_q.velocity] {
-        let [x, y, z, a, b, c] = velocity.map(f64::abs);
-        assert!(
-            x.max(y).max(z) <= 100.001 && a.max(b).max(c) <= 20.001,
-            "{velocity:?}"
-        );
-    }
+    sane(&record.trace).unwrap();
     let [x, y, z, ..] = record.output.correction.map(|v| v as f64 * 1e-7);
     let step = (x * x + y * y + z * z).sqrt();
     assert!(step <= settings.limits.step_m * 1.001 + 2e-7, "{step} m");

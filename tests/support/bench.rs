@@ -95,8 +95,7 @@ impl<S: Scalar> Bench<S> {
         (0..6).for_each(|i| self.offset[i] += step[i]);
         self.within_limits(&step, &before)?;
         self.moves_only_when_it_may(&record, &step)?;
-        finite(&record.trace)?;
-        saturates_and_says_so(&record.trace)?;
+        sane(&record.trace)?;
         Ok(record)
     }
 
@@ -163,16 +162,19 @@ fn numbers(t: &Trace) -> impl Iterator<Item = &[f64]> {
         .chain(t.law_parts.iter().map(|part| &part[..]))
 }
 
-fn finite(trace: &Trace) -> Result<(), String> {
+/// Every number is finite; the models stay within their ranges, and at the edge of one a flag is raised.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn sane(trace: &Trace) -> Result<(), String> {
     for (n, group) in numbers(trace).enumerate() {
         if !group.iter().all(|v| v.is_finite()) {
             return Err(format!("group {n}: {trace:?}"));
         }
     }
-    Ok(())
+    saturates_and_says_so(trace)
 }
 
-/// The models stay within their ranges, and at the edge of one a flag is raised.
 fn saturates_and_says_so(trace: &Trace) -> Result<(), String> {
     for body in [&trace.body_k, &trace.body_q] {
         let [x, y, z, a, b, c] = body.velocity.map(f64::abs);
