@@ -65,14 +65,6 @@ fn lag(law: LawName, delay_s: f64, time_constant_s: f64) -> Case {
     case
 }
 
-/// Known: 2.81 at every speed.
-#[test]
-fn none() {
-    let none = worst("none", &Case::scenario_s(LawName::None));
-    let (low, high) = none.restitution;
-    assert!(low > 2.75 && high < 2.9, "{low} {high}");
-}
-
 /// Known: within 1.9 % (1.3 % in peak force); within 7.6 % if the robot is a lag of 32 ms.
 #[test]
 fn lead() {
