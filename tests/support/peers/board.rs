@@ -8,34 +8,6 @@ use std::time::Instant;
 
 use super::{Answer, Robot};
 
-/// Settings that keep a busy computer from being taken for a broken sensor or robot: whatever
-/// counts in cycles or seconds is as patient as it can be; a sensor that is asked late shows one reading
-/// more than once. No delay law: the peers' robots do not
-/// follow as the predictor would expect.
-pub const BUSY_COMPUTER: &str = "
-[control.delay]
-law = \"none\"
-[control.robot]
-late_answers_fault = 1000000
-lost_telegrams_fault = 1000000
-[control.sensor]
-stale_after_cycles = 100
-fault_after_cycles = 1000
-frozen_after_cycles = 0
-[control.limits]
-clamp_fault_cycles = 10000
-[can]
-answer_timeout_s = 1.0
-sample_wait_s = 0.002
-[ethercat]
-answer_timeout_s = 1.0
-sample_wait_s = 0.002
-[rsi]
-robot_ip = \"any\"
-new_run_after_lost = 1000000
-silence_s = 60.0
-";
-
 /// A free port of this computer.
 const ANY: &str = "127.0.0.1:0";
 

@@ -12,8 +12,8 @@ mod running_robot;
 mod sensor;
 mod served;
 
-pub use board::{BUSY_COMPUTER, Board, counted, text};
-pub use patience::{PATIENCE, patient, without_noise};
+pub use board::{Board, counted, text};
+pub use patience::{BUSY_COMPUTER, PATIENCE, patient, without_noise};
 pub use proxy::{Fault, Proxy};
 pub use qemu::{Cable, QemuBoard};
 pub use rig::{LockStepRig, Motion};

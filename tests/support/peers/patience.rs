@@ -4,30 +4,35 @@ use softdock_app::settings::BoardSettings;
 use softdock_experiments::scenario::Scenario;
 use toml_edit::{DocumentMut, Table, de, ser};
 
+/// Whatever counts in cycles or seconds is as patient as it can be: with more settings of each link to the sensor, of RSI
+/// and of the control.
+macro_rules! patience {
+    (link: $link:literal, rsi: $rsi:literal, control: $control:literal) => {
+        concat!(
+            "\n[can]\nanswer_timeout_s = 1.0\n",
+            $link,
+            "[ethercat]\nanswer_timeout_s = 1.0\n",
+            $link,
+            "[rsi]\nrobot_ip = \"any\"\nsilence_s = 60.0\n",
+            $rsi,
+            "[control.robot]\nlate_answers_fault = 1000000\nlost_telegrams_fault = 1000000\n",
+            "[control.sensor]\nstale_after_cycles = 100\nfault_after_cycles = 1000\nfrozen_after_cycles = 0\n",
+            $control,
+        )
+    };
+}
+
 /// For a board whose robot and sensor stand still until it has answered: it polls its sensor as often
 /// as it may, and waits as long as it may.
-pub const PATIENCE: &str = "
-[can]
-poll_period_s = 0.0005
-answer_timeout_s = 1.0
+pub const PATIENCE: &str = patience!(link: "poll_period_s = 0.0005\n", rsi: "", control: "");
 
-[ethercat]
-poll_period_s = 0.0005
-answer_timeout_s = 1.0
-
-[rsi]
-robot_ip = \"any\"
-silence_s = 60.0
-
-[control.robot]
-late_answers_fault = 1_000_000
-lost_telegrams_fault = 1_000_000
-
-[control.sensor]
-stale_after_cycles = 100
-fault_after_cycles = 1000
-frozen_after_cycles = 0
-";
+/// A sensor that is asked late shows one reading more than once. No delay law: the peers' robots do not
+/// follow as the predictor would expect.
+pub const BUSY_COMPUTER: &str = patience!(
+    link: "sample_wait_s = 0.002\n",
+    rsi: "new_run_after_lost = 1000000\n",
+    control: "[control.limits]\nclamp_fault_cycles = 10000\n[control.delay]\nlaw = \"none\"\n"
+);
 
 /// The same settings with [`PATIENCE`].
 ///
