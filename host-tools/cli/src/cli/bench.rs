@@ -4,7 +4,7 @@ mod delay;
 mod diagnose;
 
 use anyhow::Result;
-use clap::{Args, Subcommand};
+use clap::Args;
 
 /// Measure how good the program is at its work.
 #[derive(Debug, Args)]
@@ -13,17 +13,13 @@ pub(super) struct Bench {
     what: What,
 }
 
-#[derive(Debug, Subcommand)]
-enum What {
+commands!(What {
     Delay(delay::Delay),
     Diagnose(diagnose::Diagnose),
-}
+});
 
 impl Bench {
     pub(super) fn execute(self) -> Result<()> {
-        match self.what {
-            What::Delay(command) => command.execute(),
-            What::Diagnose(command) => command.execute(),
-        }
+        self.what.execute()
     }
 }

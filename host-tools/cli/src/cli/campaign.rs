@@ -8,7 +8,7 @@ mod status;
 mod submit;
 
 use anyhow::Result;
-use clap::{Args, Subcommand};
+use clap::Args;
 
 /// One scenario under thousands of conditions, on one machine or on many.
 #[derive(Debug, Args)]
@@ -23,8 +23,7 @@ pub(super) struct Campaign {
     command: Command,
 }
 
-#[derive(Debug, Subcommand)]
-enum Command {
+commands!(Command {
     Plan(plan::Plan),
     Run(carry_out::Run),
     Status(status::Status),
@@ -32,18 +31,10 @@ enum Command {
     Rerun(rerun::Rerun),
     Hq(submit::HyperQueue),
     Slurm(submit::Slurm),
-}
+});
 
 impl Campaign {
     pub(super) fn execute(self) -> Result<()> {
-        match self.command {
-            Command::Plan(command) => command.execute(),
-            Command::Run(command) => command.execute(),
-            Command::Status(command) => command.execute(),
-            Command::Merge(command) => command.execute(),
-            Command::Rerun(command) => command.execute(),
-            Command::Hq(command) => command.execute(),
-            Command::Slurm(command) => command.execute(),
-        }
+        self.command.execute()
     }
 }

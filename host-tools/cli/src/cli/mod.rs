@@ -1,13 +1,31 @@
 //! The `softdock` command: one file per subcommand.
 
 use anyhow::Result;
+use clap::Parser;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Parser, Subcommand};
 use serde::Serialize;
 use softdock_control::delay::LawName;
 use softdock_report::Terminal;
 use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
+
+/// An enumeration of subcommands, of which each carries itself out.
+macro_rules! commands {
+    ($name:ident { $($command:ident($options:ty)),+ $(,)? }) => {
+        #[derive(Debug, clap::Subcommand)]
+        enum $name {
+            $($command($options)),+
+        }
+
+        impl $name {
+            fn execute(self) -> anyhow::Result<()> {
+                match self {
+                    $(Self::$command(command) => command.execute()),+
+                }
+            }
+        }
+    };
+}
 
 mod add;
 mod agree;
@@ -65,8 +83,7 @@ pub struct Cli {
     command: Command,
 }
 
-#[derive(Debug, Subcommand)]
-enum Command {
+commands!(Command {
     Demo(demo::Demo),
     Init(init::Init),
     Run(run::Run),
@@ -98,45 +115,13 @@ enum Command {
     Workbench(workbench::Workbench),
     Completions(completions::Completions),
     Man(completions::Man),
-}
+});
 
 impl Cli {
     /// Carries the command out.
     pub fn execute(self) -> Result<()> {
         fit_tables_to_the_terminal();
-        match self.command {
-            Command::Demo(command) => command.execute(),
-            Command::Init(command) => command.execute(),
-            Command::Check(command) => command.execute(),
-            Command::Compare(command) => command.execute(),
-            Command::Diagnose(command) => command.execute(),
-            Command::Add(command) => command.execute(),
-            Command::Remove(command) => command.execute(),
-            Command::Fit(command) => command.execute(),
-            Command::History(command) => command.execute(),
-            Command::Bench(command) => command.execute(),
-            Command::Campaign(command) => command.execute(),
-            Command::Effects(command) => command.execute(),
-            Command::Run(command) => command.execute(),
-            Command::Board(command) => command.execute(),
-            Command::Rig(command) => command.execute(),
-            Command::Firmware(command) => command.execute(),
-            Command::Flash(command) => command.execute(),
-            Command::Record(command) => command.execute(),
-            Command::Qemu(command) => command.execute(),
-            Command::Params(command) => command.execute(),
-            Command::RobotConfig(command) => command.execute(),
-            Command::Calibrate(command) => command.execute(),
-            Command::Identify(command) => command.execute(),
-            Command::Doctor(command) => command.execute(),
-            Command::Reproduce(command) => command.execute(),
-            Command::Replay(command) => command.execute(),
-            Command::Export(command) => command.execute(),
-            Command::Import(command) => command.execute(),
-            Command::Workbench(command) => command.execute(),
-            Command::Completions(command) => command.execute(),
-            Command::Man(command) => command.execute(),
-        }
+        self.command.execute()
     }
 }
 
