@@ -18,8 +18,8 @@ const SERIAL_NUMBER: &[u8] = b"N0000\r";
 /// No error flag is set.
 const NO_ERRORS: &[u8] = b"F00\r";
 
-/// The time stamp starts over after a minute.
-const TIMESTAMP_PERIOD_MS: u64 = 60_000;
+/// Every time stamp: there is no clock here. Some clients ask for stamps whenever they open the channel, and expect them.
+const NO_TIME: u16 = 0;
 
 /// What the client wants from the adapter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,7 +50,6 @@ pub struct Slcan {
     line: Vec<u8, MAX_LINE_BYTES>,
     channel: Channel,
     timestamps: bool,
-    clock_ms: u16,
 }
 
 impl Default for Slcan {
@@ -66,7 +65,6 @@ impl Slcan {
             line: Vec::new(),
             channel: Channel::Closed,
             timestamps: false,
-            clock_ms: 0,
         }
     }
 
@@ -101,15 +99,9 @@ impl Slcan {
         if !self.is_open() {
             return Err(SlcanError::Closed);
         }
-        let stamp = self.timestamps.then_some(self.clock_ms);
+        let stamp = self.timestamps.then_some(NO_TIME);
         line::encode(frame, stamp, out);
         Ok(())
-    }
-
-    /// Sets the time that [`Self::encode`] puts into time stamps, if the client asked for them (`Z1`).
-    pub fn set_clock_ms(&mut self, now_ms: u64) {
-        // The remainder is below 60000 and fits.
-        self.clock_ms = (now_ms % TIMESTAMP_PERIOD_MS) as u16;
     }
 
     /// Whether the client gets the frames of the bus.
