@@ -6,7 +6,6 @@ mod delay_energy;
 mod docking;
 mod free_flight;
 mod rig_hidden;
-mod rig_motion_named;
 mod rotating_q;
 mod second_robot;
 mod seed_formula;

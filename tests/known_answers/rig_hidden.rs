@@ -1,10 +1,13 @@
-//! Every effect of the catalogue, hidden in the simulated rig: the diagnosis scenario stays bounded
-//! and its recording shows the effect in the channel in which it acts.
+//! Every effect of the catalogue, hidden in the simulated rig: the diagnosis scenario stays bounded, its recording shows
+//! the effect in the channel in which it acts, and the diagnosis names those on motion, clock and spacecraft in the sizes
+//! of the demonstration, or says with what they are tied.
 
 use softdock_analysis::compare::compare;
+use softdock_analysis::diagnose::{Diagnosis, Verdict, diagnose};
 use softdock_control::modes::Mode;
 use softdock_experiments::diagnosis::{self, Part};
 use softdock_experiments::run::record;
+use softdock_experiments::scenario::Scenario;
 use softdock_io::recording::Recording;
 use softdock_physics::effects::{CATALOGUE, Effect, Group};
 use softdock_physics::model::Channel;
@@ -18,8 +21,12 @@ fn error(recording: &Recording, channel: Channel) -> f64 {
 }
 
 fn run(part: Part, hidden: &[Hidden], seed: u64) -> Recording {
-    let scenario = diagnosis::scenario(part, hidden, seed).unwrap();
-    let (recording, _) = record(&scenario).unwrap();
+    recorded(&diagnosis::scenario(part, hidden, seed).unwrap())
+}
+
+fn recorded(scenario: &Scenario) -> Recording {
+    let hidden = &scenario.rig.hidden;
+    let (recording, _) = record(scenario).unwrap();
     let last = &recording.cycles.last().unwrap().trace;
     assert_eq!(last.mode, Mode::Running, "{hidden:?}: {:?}", last.fault);
     assert_eq!(recording.cycles.len(), scenario.cycles(), "{hidden:?}");
@@ -92,5 +99,69 @@ fn each_effect_shows_in_its_channel() {
     show(
         hideable().filter(|effect| !effect.is_of_a_drive()),
         &[1, 2, 3],
+    );
+}
+
+/// Enough for two contacts on either side.
+const DURATION_S: f64 = 6.0;
+
+fn diagnosed(hidden: &[Hidden], seed: u64) -> Diagnosis {
+    let [train, test] = [Part::Train, Part::Test].map(|part| {
+        let mut scenario = diagnosis::scenario(part, hidden, seed).unwrap();
+        scenario.duration_s = DURATION_S;
+        recorded(&scenario)
+    });
+    let model = diagnosis::model().unwrap();
+    let report = diagnose(&model, &[&train], &[&test], &|_, _| {}).unwrap();
+    report.diagnosis
+}
+
+/// Whether the verdict is this effect and nothing else, or a tie with it.
+fn says(diagnosis: &Diagnosis, id: &str) -> bool {
+    let tied = diagnosis.runner_up.as_ref().is_some_and(|rival| {
+        !rival.told_apart && rival.effect == id && diagnosis.effects == [rival.of.clone()]
+    });
+    diagnosis.verdict == Verdict::Named && (diagnosis.effects == [id] || tied)
+}
+
+fn are_named(ids: &[&str]) {
+    let mut wrong = Vec::new();
+    for id in ids {
+        let hidden = suggest(id, 1).unwrap();
+        let diagnosis = diagnosed(std::slice::from_ref(&hidden), 1);
+        if !says(&diagnosis, id) {
+            wrong.push(format!("{hidden:?}: {}", diagnosis.sentence));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+fn of_group(group: Group) -> Vec<&'static str> {
+    let of_group = CATALOGUE.iter().filter(|effect| effect.group == group);
+    of_group.map(|effect| effect.id).collect()
+}
+
+#[test]
+#[ignore = "long: a diagnosis for each effect"]
+fn every_effect_on_the_motion_is_named() {
+    are_named(&of_group(Group::Actuator));
+}
+
+#[test]
+#[ignore = "long: a diagnosis for each effect"]
+fn every_effect_on_clock_and_spacecraft_is_named() {
+    let mut ids = of_group(Group::Body);
+    ids.push("manipulator_resistance");
+    are_named(&ids);
+}
+
+#[test]
+fn of_a_rig_that_hides_nothing_nothing_is_missing() {
+    let diagnosis = diagnosed(&[], 1);
+    assert_eq!(
+        diagnosis.verdict,
+        Verdict::NothingMissing,
+        "{}",
+        diagnosis.sentence
     );
 }
