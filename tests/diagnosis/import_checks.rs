@@ -4,6 +4,7 @@ use softdock_analysis::import::checks::{CheckError, Context, check};
 use softdock_app::record::CycleRecord;
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
+use softdock_statistics::RandomStream;
 use std::f64::consts::TAU;
 
 const TS: f64 = 0.004;
@@ -216,11 +217,7 @@ fn two_rates_in_one_file_are_told() {
 
 /// An axis on a path of two frequencies: mass 10 kg, friction 20 N·s/m and 3 N, noise of 0.2 N.
 fn axis(scale: f64) -> Recording {
-    let mut source = 1_u32;
-    let mut noise = move || {
-        source = source.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        0.2 * (12.0_f64.sqrt()) * (f64::from(source >> 8) / f64::from(1 << 24) - 0.5)
-    };
+    let mut random = RandomStream::new(1, 0);
     let mut recording = recording(5000, |_, _| ());
     for (n, cycle) in recording.cycles.iter_mut().enumerate() {
         let time_s = n as f64 * TS;
@@ -232,7 +229,7 @@ fn axis(scale: f64) -> Recording {
         let [x, v, a]: [f64; 3] = std::array::from_fn(|i| slow[i] + fast[i]);
         cycle.trace.pose[0] = x;
         cycle.trace.executed_velocity[0] = v;
-        let load = -(10.0 * a + 20.0 * v + 3.0 * v.signum()) + noise();
+        let load = -(10.0 * a + 20.0 * v + 3.0 * v.signum()) + 0.2 * random.normal();
         cycle.inputs.sensor.wrench[0] = scale * load;
     }
     recording

@@ -12,12 +12,11 @@ use std::f64::consts::PI;
 /// Stamps of a computer that samples when it has time: 2 to 6 ms apart, never the same.
 fn irregular(header: &str, rows: usize, row: impl Fn(f64) -> String) -> String {
     let mut time_s = 0.0;
-    let mut source = 1_u32;
+    let mut random = RandomStream::new(1, 0);
     let mut text = format!("{header}\n");
     for _ in 0..rows {
         text.push_str(&format!("{time_s},{}\n", row(time_s)));
-        source = source.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        time_s += 0.002 + 0.004 * f64::from(source >> 8) / f64::from(1 << 24);
+        time_s += 0.002 + 0.004 * random.uniform();
     }
     text
 }

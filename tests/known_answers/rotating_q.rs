@@ -1,17 +1,13 @@
 //! The rig moves only M. When Q turns and flies in the simulated world, M must move in the
 //! laboratory, where Q stands still, as K moves seen from Q.
 
-use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use softdock_control::delay::LawName;
+use softdock_control::frames::pose_from_components;
 use softdock_control::scalar::Scalar;
 use softdock_control::settings::Settings;
 use softdock_tests::driver::idle;
 use softdock_tests::in_three_scalars;
-
-fn isometry([x, y, z, w, i, j, k]: [f64; 7]) -> Isometry3<f64> {
-    let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));
-    Isometry3::from_parts(Vector3::new(x, y, z).into(), rotation)
-}
 
 fn flight() -> Settings {
     let mut settings = Settings::default();
@@ -39,15 +35,16 @@ fn follows<S: Scalar>((metres, radians): (f64, f64)) {
     let first = driver.start().unwrap().trace;
     // Q stands in the laboratory so that M is where it is measured.
     let relative = |trace: &softdock_control::io::Trace| {
-        isometry(trace.body_q.pose).inverse() * isometry(trace.body_k.pose)
+        pose_from_components::<f64>(&trace.body_q.pose).inverse()
+            * pose_from_components::<f64>(&trace.body_k.pose)
     };
-    let c_from_q = isometry(first.pose) * relative(&first).inverse();
+    let c_from_q = pose_from_components::<f64>(&first.pose) * relative(&first).inverse();
     let mut farthest = 0.0_f64;
     for _ in 0..1250 {
         let trace = driver.step().trace;
         assert_eq!(trace.fault, None);
         let meant = c_from_q * relative(&trace);
-        let commanded = isometry(trace.command_pose);
+        let commanded = pose_from_components::<f64>(&trace.command_pose);
         let apart = meant.translation.vector - commanded.translation.vector;
         assert!(apart.norm() < metres, "{:e} m", apart.norm());
         let angle = meant.rotation.angle_to(&commanded.rotation);

@@ -3,11 +3,10 @@
 //! Speeds are those of the model; scenario S is a pure delay of 32 ms, a pause of 16 ms and a
 //! contact of 150 ms.
 
-use proptest::prelude::Rng;
-use proptest::test_runner::{RngAlgorithm, TestRng};
 use softdock_control::delay::LawName;
 use softdock_control::io::Trace;
 use softdock_control::scalar::Scalar;
+use softdock_statistics::RandomStream;
 use softdock_tests::closed_loop::ClosedLoop;
 use softdock_tests::in_three_scalars;
 use softdock_tests::walls::{CYCLE_S, Case};
@@ -172,13 +171,10 @@ fn reset_and_gated_sums_survive_repeated_bounces() {
 fn drift(case: &Case, noise_n: f64) -> f64 {
     let mut case = case.clone();
     case.right_m = 1e3;
-    let mut rng = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
-    // Twelve uniform numbers make a normal one of unit deviation.
-    let mut uniform = || f64::from(rng.next_u32()) / f64::from(u32::MAX);
-    let mut normal = || (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
+    let mut random = RandomStream::new(1, 0);
     let mut rig = case.start::<f64>();
     let mut step = || {
-        let noise_n = noise_n * normal();
+        let noise_n = noise_n * random.normal();
         rig.step_with(|inputs| inputs.sensor.wrench[0] += noise_n)
             .trace
     };

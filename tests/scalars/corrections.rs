@@ -1,10 +1,9 @@
 //! The corrections as the robot gets them: integers of the last digit. Their sum is the commanded
 //! pose, for ever, and no turn of the model makes A or C jump.
 
-use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use softdock_app::record::Correction;
 use softdock_control::delay::LawName;
-use softdock_control::frames::abc_from_orientation;
+use softdock_control::frames::{abc_from_orientation, pose_from_components};
 use softdock_control::modes::FaultCode;
 use softdock_control::scalar::Scalar;
 use softdock_tests::driver::{flying, idle};
@@ -14,11 +13,6 @@ use softdock_tests::walls::Case;
 /// Correction per metre and per degree at 4 decimals of mm and degrees.
 const COUNTS_PER_M: f64 = 1e7;
 const COUNTS_PER_DEG: f64 = 1e4;
-
-fn isometry([x, y, z, w, i, j, k]: [f64; 7]) -> Isometry3<f64> {
-    let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));
-    Isometry3::from_parts(Vector3::new(x, y, z).into(), rotation)
-}
 
 fn add(sum: &mut Correction, correction: &Correction) {
     sum.iter_mut().zip(correction).for_each(|(s, c)| *s += c);
@@ -66,7 +60,7 @@ fn turning<S: Scalar>((digits, digits_of_angle): (f64, f64)) {
         let record = driver.step();
         assert_eq!(record.trace.fault, None);
         add(&mut sum, &record.output.correction);
-        let pose = isometry(record.trace.command_pose);
+        let pose = pose_from_components::<f64>(&record.trace.command_pose);
         for i in 0..3 {
             let meant = (pose.translation.vector[i] - start[i]) * COUNTS_PER_M;
             let apart = sum[i] as f64 - meant;
@@ -109,7 +103,7 @@ fn steps_near_the_singularity<S: Scalar>() {
             Some(FaultCode::SustainedClamp),
             "{spin:?}"
         );
-        let pose = isometry(driver.step().trace.command_pose);
+        let pose = pose_from_components::<f64>(&driver.step().trace.command_pose);
         let [_, b, _] = abc_from_orientation(&pose.rotation);
         assert!((1.39..1.401).contains(&b), "{spin:?}: B {b}");
     }

@@ -9,7 +9,7 @@ use serde::Serialize;
 use softdock_physics::model::prediction::{ChannelPrediction, executed};
 use softdock_physics::model::{Axis, Channel};
 use softdock_physics::optimise::lowest_valley;
-use softdock_statistics::DEVIATIONS_95;
+use softdock_statistics::{DEVIATIONS_95, median};
 
 /// Share of the error beyond the noise that a description has to account for.
 const EXPLAINED: f64 = 0.8;
@@ -103,8 +103,7 @@ fn loads(values: &ChannelPrediction, phases: &[Phase], axis: Axis) -> Vec<f64> {
         Channel::Wrench => {
             let free = (0..phases.len()).filter(|n| phases[*n] == Phase::FreeFlight);
             let mut values: Vec<f64> = free.filter_map(predicted).collect();
-            values.sort_by(f64::total_cmp);
-            values.get(values.len() / 2).copied().unwrap_or(0.0)
+            median(&mut values).unwrap_or(0.0)
         }
         _ => 0.0,
     };

@@ -243,11 +243,7 @@ mod tests {
 
     /// What is left of 20 s at 500 Hz, with waves of so many sigma at these frequencies, Hz.
     fn words(waves: &[(f64, f64)]) -> String {
-        let mut state = 1_u64;
-        let mut uniform = || {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1);
-            (state >> 40) as f64 / (1_u64 << 24) as f64 - 0.5
-        };
+        let mut noise = RandomStream::new(1, 0);
         let at = |n: usize| n as f64 * 0.002;
         let wave = |n: usize| {
             waves
@@ -255,7 +251,7 @@ mod tests {
                 .map(move |(hz, size)| size * (TAU * hz * at(n) + hz * hz).sin())
         };
         let series: Vec<f64> = (0..10_000)
-            .map(|n| 12_f64.sqrt() * uniform() + wave(n).sum::<f64>())
+            .map(|n| noise.normal() + wave(n).sum::<f64>())
             .collect();
         Structure::of(&series, 0.002, 1.0).words()
     }

@@ -8,7 +8,7 @@ use crate::diagnose::wrench::left::{self, Left};
 use crate::levels::ChannelLevels;
 use softdock_physics::model::prediction::Prediction;
 use softdock_physics::model::{Axis, Channel};
-use softdock_statistics::{Noise, noise_floor};
+use softdock_statistics::{Noise, noise_floor, rms};
 
 /// Level of the model velocity over its digits that is no rounding any more.
 const DIGITS: f64 = 1.35;
@@ -102,9 +102,8 @@ fn structure_of(prediction: &Prediction, channel: Channel, axis: Axis) -> Struct
     let values: Vec<f64> = (0..prediction.time_s.len())
         .map(|n| predicted.residual(n, axis).unwrap_or(0.0))
         .collect();
-    let squares = values.iter().map(|x| x * x).sum::<f64>();
     let sheet = predicted.sigma[axis.index()];
-    let level = (squares / values.len().max(1) as f64).sqrt() / sheet;
+    let level = rms(&values) / sheet;
     if channel == Channel::ModelVelocity {
         // Digits are no noise: only their size counts.
         return Structure {
