@@ -11,98 +11,62 @@ const INCH_M: f64 = 0.0254;
 /// Pound-force (N).
 const POUND_FORCE_N: f64 = POUND_KG * STANDARD_GRAVITY;
 
-/// Unit of the sensor's forces; the discriminant is the code on the wire.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ForceUnit {
-    /// lbf
-    PoundForce = 1,
-    /// N
-    Newton = 2,
-    /// klbf
-    KilopoundForce = 3,
-    /// kN
-    Kilonewton = 4,
-    /// kgf
-    KilogramForce = 5,
-    /// gf
-    GramForce = 6,
-}
-
-impl ForceUnit {
-    /// The unit with a code of the wire.
-    ///
-    /// # Errors
-    /// [`SensorFault::ForceUnit`] for a code that the manual does not have: a guess would scale every force.
-    pub fn from_code(code: u8) -> Result<Self, SensorFault> {
-        Ok(match code {
-            1 => Self::PoundForce,
-            2 => Self::Newton,
-            3 => Self::KilopoundForce,
-            4 => Self::Kilonewton,
-            5 => Self::KilogramForce,
-            6 => Self::GramForce,
-            _ => return Err(SensorFault::ForceUnit { code }),
-        })
-    }
-
-    /// One unit in N.
-    pub fn newtons(self) -> f64 {
-        match self {
-            Self::PoundForce => POUND_FORCE_N,
-            Self::Newton => 1.0,
-            Self::KilopoundForce => 1e3 * POUND_FORCE_N,
-            Self::Kilonewton => 1e3,
-            Self::KilogramForce => STANDARD_GRAVITY,
-            Self::GramForce => 1e-3 * STANDARD_GRAVITY,
+/// A unit of the sensor: each with the code on the wire, which is its discriminant, and its size. A code that the manual does
+/// not have is a fault: a guess would scale every value.
+macro_rules! unit {
+    (
+        $(#[$about:meta])*
+        $unit:ident, $size:ident in $si:literal:
+        $($symbol:literal $name:ident = $code:literal is $value:expr,)+
+    ) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum $unit {
+            $(#[doc = $symbol] $name = $code,)+
         }
-    }
-}
 
-/// Unit of the sensor's torques; the discriminant is the code on the wire.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TorqueUnit {
-    /// lbf·in
-    PoundForceInch = 1,
-    /// lbf·ft
-    PoundForceFoot = 2,
-    /// N·m
-    NewtonMetre = 3,
-    /// N·mm
-    NewtonMillimetre = 4,
-    /// kgf·cm
-    KilogramForceCentimetre = 5,
-    /// kN·m
-    KilonewtonMetre = 6,
-}
+        impl $unit {
+            /// The unit with a code of the wire.
+            ///
+            /// # Errors
+            #[doc = concat!("[`SensorFault::", stringify!($unit), "`] for a code that the manual does not have.")]
+            pub fn from_code(code: u8) -> Result<Self, SensorFault> {
+                match code {
+                    $($code => Ok(Self::$name),)+
+                    _ => Err(SensorFault::$unit { code }),
+                }
+            }
 
-impl TorqueUnit {
-    /// The unit with a code of the wire.
-    ///
-    /// # Errors
-    /// [`SensorFault::TorqueUnit`] for a code that the manual does not have.
-    pub fn from_code(code: u8) -> Result<Self, SensorFault> {
-        Ok(match code {
-            1 => Self::PoundForceInch,
-            2 => Self::PoundForceFoot,
-            3 => Self::NewtonMetre,
-            4 => Self::NewtonMillimetre,
-            5 => Self::KilogramForceCentimetre,
-            6 => Self::KilonewtonMetre,
-            _ => return Err(SensorFault::TorqueUnit { code }),
-        })
-    }
-
-    /// One unit in N·m.
-    pub fn newton_metres(self) -> f64 {
-        match self {
-            Self::PoundForceInch => POUND_FORCE_N * INCH_M,
-            Self::PoundForceFoot => POUND_FORCE_N * 12.0 * INCH_M,
-            Self::NewtonMetre => 1.0,
-            Self::NewtonMillimetre => 1e-3,
-            Self::KilogramForceCentimetre => STANDARD_GRAVITY * 1e-2,
-            Self::KilonewtonMetre => 1e3,
+            #[doc = concat!("One unit in ", $si, ".")]
+            pub fn $size(self) -> f64 {
+                match self {
+                    $(Self::$name => $value,)+
+                }
+            }
         }
-    }
+    };
+}
+
+unit! {
+    /// Unit of the sensor's forces.
+    ForceUnit, newtons in "N":
+    "lbf" PoundForce = 1 is POUND_FORCE_N,
+    "N" Newton = 2 is 1.0,
+    "klbf" KilopoundForce = 3 is 1e3 * POUND_FORCE_N,
+    "kN" Kilonewton = 4 is 1e3,
+    "kgf" KilogramForce = 5 is STANDARD_GRAVITY,
+    "gf" GramForce = 6 is 1e-3 * STANDARD_GRAVITY,
+}
+
+unit! {
+    /// Unit of the sensor's torques.
+    TorqueUnit, newton_metres in "N·m":
+    "lbf·in" PoundForceInch = 1 is POUND_FORCE_N * INCH_M,
+    "lbf·ft" PoundForceFoot = 2 is POUND_FORCE_N * 12.0 * INCH_M,
+    "N·m" NewtonMetre = 3 is 1.0,
+    "N·mm" NewtonMillimetre = 4 is 1e-3,
+    "kgf·cm" KilogramForceCentimetre = 5 is STANDARD_GRAVITY * 1e-2,
+    "kN·m" KilonewtonMetre = 6 is 1e3,
 }
 
 /// What turns strain gauge counts into a wrench.
