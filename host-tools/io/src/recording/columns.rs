@@ -3,6 +3,7 @@
 use super::Recording;
 use super::field::{EachNumber, Number};
 use super::schema::fields;
+use super::table::changing;
 use super::topics::{Row, Topic};
 use serde::Serialize;
 
@@ -31,20 +32,9 @@ impl Recording {
                 })
             })
         });
-        let mut first: Vec<f64> = Vec::new();
-        let mut changes: Vec<bool> = Vec::new();
-        self.each_row(|row| {
-            if first.is_empty() {
-                first.extend_from_slice(row);
-                changes.resize(row.len(), false);
-            }
-            let pairs = first.iter().zip(row);
-            for (changes, (first, now)) in changes.iter_mut().zip(pairs) {
-                *changes |= first.to_bits() != now.to_bits();
-            }
-        });
-        let changing = described.zip(changes).filter(|(_, changes)| *changes);
-        changing.map(|(column, _)| column).collect()
+        let changing = changing(&self.cycles, &self.truth);
+        let changing = described.filter(|column| changing.contains(&column.name));
+        changing.collect()
     }
 
     /// The series of some quantities by their names, in the order of `names`; none for a name that no

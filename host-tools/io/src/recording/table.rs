@@ -14,7 +14,7 @@ use super::file_format::{
 use super::schema::{Described, declarations, describe_column, fields};
 use super::text::{CellReader, CellWriter, columns};
 use super::topics::{Row, Topic};
-use super::{PROFILE, Recording};
+use super::{PROFILE, Recording, TruthRecord};
 use anyhow::{Context, bail, ensure};
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
@@ -133,18 +133,21 @@ impl EachNumber for Changes {
 }
 
 /// The columns that change.
-fn changing(cycles: &[CycleRecord]) -> BTreeSet<String> {
+pub(super) fn changing(cycles: &[CycleRecord], truth: &[TruthRecord]) -> BTreeSet<String> {
+    let topics = Topic::all(!truth.is_empty());
     let mut changes = Changes::default();
-    for cycle in cycles {
+    for (n, cycle) in cycles.iter().enumerate() {
         changes.place = 0;
-        let mut row = row(*cycle);
-        for topic in Topic::all(false) {
+        let mut row = Row {
+            truth: truth.get(n).copied().unwrap_or_default(),
+            ..row(*cycle)
+        };
+        for topic in topics {
             let Ok(()) = topic.visit(&mut changes, &mut row);
         }
     }
-    let changing = all_columns()
-        .zip(changes.changes)
-        .filter(|(_, changes)| *changes);
+    let all = topics.iter().flat_map(|topic| columns(*topic));
+    let changing = all.zip(changes.changes).filter(|(_, changes)| *changes);
     changing.map(|(column, _)| column).collect()
 }
 
@@ -247,7 +250,7 @@ impl TableTopic {
         let first = cycles
             .first()
             .context("a recording without cycles has no columns")?;
-        let mut changing = changing(cycles);
+        let mut changing = changing(cycles, &[]);
         changing.extend(lost_alone(first, &changing)?);
         let exact = |c: &CycleRecord| time_s(time_ns(c)).to_bits() == c.trace.time_s.to_bits();
         let time_is_exact = cycles.iter().all(exact);
