@@ -6,6 +6,7 @@ mod docking_hypotheses;
 mod docking_mechanism;
 mod drive;
 mod each_log;
+mod free_simulation;
 mod hidden_effects;
 mod import_checks;
 mod import_command;
