@@ -1,6 +1,7 @@
 //! `--help` of every command, and what a mistyped command gets.
 
-use softdock_tests::process::{scratch, softdock};
+use softdock_tests::process::{done, scratch, softdock};
+use std::fs;
 
 /// The commands below `command` ("" for `softdock` itself), from the text of its help.
 fn commands_of(help: &str) -> Vec<String> {
@@ -95,4 +96,19 @@ fn what_cannot_be_understood_is_an_error() {
     }
     let similar = softdock(&folder, &["rpelay", "x.mcap"]);
     assert!(similar.stderr.contains("'replay'"), "{}", similar.stderr);
+}
+
+/// What a shell and `man` are told of them.
+#[test]
+fn shells_and_man_know_the_commands() {
+    let folder = scratch("cli_man");
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let run = softdock(&folder, &["completions", shell]);
+        assert!(run.stdout.contains("robot-config"), "{shell}");
+    }
+    done(&folder, &["man", "-o", "man1"]);
+    let page = |name: &str| fs::read_to_string(folder.join("man1").join(name)).unwrap();
+    assert!(page("softdock.1").contains("docking"));
+    assert!(page("softdock-params-get.1").contains(".TH"));
+    assert!(page("softdock-rig.1").contains("\\-\\-hide"));
 }

@@ -13,5 +13,4 @@ mod pieces;
 mod robot_config;
 mod rough_places;
 mod series;
-mod shells;
 mod streams;

@@ -6,7 +6,7 @@
 //!
 //! - `state` is what all handlers share, `server` connects addresses with them, `guard` and `access` stand before all of them,
 //! - `folder` confines paths, `files` keeps what was read,
-//! - `recordings`, `models`, `scenarios`, `effects` answer at once; `jobs` says how far it is, and answers when it is done,
+//! - `recordings`, `models`, `lists` answer at once; `jobs` says how far it is, and answers when it is done,
 //! - `live` shows what a running board sends,
 //! - `change` is the only one that writes a model file; a job of kind `run` makes a new recording.
 
@@ -15,19 +15,17 @@ mod assets;
 mod before;
 mod change;
 mod connections;
-mod effects;
 mod files;
 mod folder;
 mod guard;
 mod jobs;
+mod lists;
 mod live;
 mod live_requests;
 mod models;
 mod problem;
 mod recordings;
-mod scenarios;
 mod server;
-mod session;
 mod state;
 
 pub use access::{AccessToken, Reach};

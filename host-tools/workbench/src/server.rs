@@ -10,9 +10,7 @@ use super::jobs::simulation::Simulator;
 use super::live::Live;
 use super::problem::Problem;
 use super::state::{Shared, Workbench};
-use super::{
-    assets, change, effects, guard, jobs, live_requests, models, recordings, scenarios, session,
-};
+use super::{assets, change, guard, jobs, lists, live_requests, models, recordings};
 use anyhow::{Context, Result, anyhow};
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
@@ -128,11 +126,11 @@ fn token() -> Result<String> {
 
 fn router(bench: Shared) -> Router {
     let api = Router::new()
-        .route("/session", get(session::session))
+        .route("/session", get(lists::session))
         .route("/recordings", get(recordings::list))
         .route("/recordings/{id}/channels", get(recordings::channels))
         .route("/recordings/{id}/series", get(recordings::series))
-        .route("/scenarios", get(scenarios::list))
+        .route("/scenarios", get(lists::scenarios))
         .route("/models", get(models::list))
         .route("/models/{id}", get(models::one))
         .route("/models/{id}/history", get(models::history))
@@ -141,9 +139,9 @@ fn router(bench: Shared) -> Router {
         .route("/models/{id}/effects/{effect}/remove", post(change::remove))
         .route("/compare", post(models::compare))
         .route("/prediction", get(models::prediction))
-        .route("/check", post(jobs::check::check))
-        .route("/effects", get(effects::list))
-        .route("/effects/{id}", get(effects::one))
+        .route("/check", post(jobs::selection::check))
+        .route("/effects", get(lists::effects))
+        .route("/effects/{id}", get(lists::effect))
         .route("/jobs", post(jobs::start))
         .route("/jobs/{id}", axum::routing::delete(jobs::cancel))
         .route("/jobs/{id}/events", get(jobs::events::events))

@@ -2,9 +2,9 @@
 
 pub(super) mod tables;
 
+use super::findings::Telling;
 use super::logs;
 use super::progress::Progress;
-use super::telling::Telling;
 use crate::pages::diagnosis::{Identity, page};
 use anyhow::Result;
 use clap::Args;

@@ -1,4 +1,4 @@
-//! Where what was measured goes: a settings file, a report, the terminal.
+//! Where what was found goes: a settings file, a report, the terminal.
 
 use super::answer;
 use super::outputs::html_file;
@@ -66,5 +66,41 @@ impl Destination {
             to_standard_error(format_args!("{}", fragment.write_into(file)?));
         }
         answer(self.json, found, || text)
+    }
+}
+
+/// The options of commands that find something and write nothing but a report.
+#[derive(Debug, Args)]
+pub(super) struct Telling {
+    /// Report to write (one HTML page)
+    #[arg(long, value_name = "FILE.html", value_parser = html_file)]
+    report: Option<PathBuf>,
+    /// Overwrite an existing report
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+impl Telling {
+    /// Refuses at once what would be overwritten at the end; `inputs` are never.
+    pub(super) fn check(&self, inputs: &[&Path]) -> Result<()> {
+        let mut report = self.report.iter();
+        report.try_for_each(|file| refuse_overwrite_of(inputs, file, self.force))
+    }
+
+    /// Writes and prints what was found; `text` is for the terminal.
+    pub(super) fn give(
+        &self,
+        found: &impl Serialize,
+        page: impl FnOnce() -> Result<Page>,
+        text: impl FnOnce() -> String,
+    ) -> Result<()> {
+        if let Some(file) = &self.report {
+            write_whole(file, page()?.to_html())?;
+            say!("report: {}", file.display());
+        }
+        answer(self.json, found, text)
     }
 }

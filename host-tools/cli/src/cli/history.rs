@@ -1,6 +1,6 @@
 //! `softdock history`: how the error of a model fell, step by step.
 
-use super::telling::Telling;
+use super::findings::Telling;
 use anyhow::Result;
 use clap::Args;
 use softdock_analysis::fit::record::Fall;

@@ -63,7 +63,6 @@ mod reproduce;
 mod rig;
 mod robot_config;
 mod run;
-mod telling;
 mod workbench;
 
 /// Hardware-in-the-loop docking tests: run them, record them, and find out where model and rig

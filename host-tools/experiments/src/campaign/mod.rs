@@ -32,7 +32,6 @@ pub mod results;
 pub mod row;
 pub mod setting;
 pub mod shard;
-mod split;
 pub mod statistics;
 pub mod status;
 pub mod stored;

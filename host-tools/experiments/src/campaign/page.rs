@@ -2,10 +2,9 @@
 
 use super::columns::{BINARY, PLAN};
 use super::file::Limit;
-use super::kept::KeptLimit;
+use super::kept::{KeptLimit, Split, splits};
 use super::results::Results;
 use super::setting::unit;
-use super::split::{Split, splits};
 use super::statistics::Estimate;
 use super::summary::{Sensitivity, Summary};
 use anyhow::Result;

@@ -1,14 +1,13 @@
 //! Work that takes longer than an answer may: it is done one at a time, tells how far it is, and can be
 //! ended.
 
-pub(super) mod check;
 pub(super) mod events;
 mod job;
 pub(super) mod queue;
 mod request;
 mod run;
 mod search;
-mod selection;
+pub(super) mod selection;
 pub(super) mod simulation;
 
 use super::problem::Problem;

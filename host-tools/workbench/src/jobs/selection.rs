@@ -1,12 +1,16 @@
-//! A model and recordings of the folder, as a page names them.
+//! A model and recordings of the folder, as a page names them, and whether a diagnosis of them can say anything: what
+//! stands against it, and what is lacking.
 
 use crate::files::fingerprint;
 use crate::models::open;
 use crate::problem::Problem;
-use crate::state::Workbench;
+use crate::state::{Shared, Workbench, work};
 use anyhow::Result;
+use axum::Json;
+use axum::extract::State;
+use axum::extract::rejection::JsonRejection;
 use axum::http::StatusCode;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use softdock_analysis::fit::Logs;
 use softdock_analysis::fit::record::Names;
 use softdock_physics::model::edit::ModelFile;
@@ -67,4 +71,37 @@ impl Selection {
         }
         logs
     }
+}
+
+/// The answer: a diagnosis is possible if nothing stands against it.
+#[derive(Serialize)]
+pub(crate) struct Check {
+    ready: bool,
+    /// Why a diagnosis is not possible.
+    against: Option<String>,
+    /// What it cannot say with these recordings, and what they let suspect.
+    lacking: Vec<String>,
+}
+
+pub(crate) async fn check(
+    State(bench): State<Shared>,
+    selection: Result<Json<Selection>, JsonRejection>,
+) -> Result<Json<Check>, Problem> {
+    let Json(selection) = selection?;
+    work(move || {
+        let opened = selection.open(&bench)?;
+        Ok(Json(match opened.logs {
+            Ok(logs) => Check {
+                ready: true,
+                against: None,
+                lacking: logs.notes,
+            },
+            Err(error) => Check {
+                ready: false,
+                against: Some(format!("{error:#}")),
+                lacking: Vec::new(),
+            },
+        }))
+    })
+    .await
 }

@@ -1,7 +1,7 @@
 //! `softdock bench delay`: every delay law on the same plants.
 
+use super::super::findings::Telling;
 use super::super::law_names;
-use super::super::telling::Telling;
 use crate::cli::progress::counter;
 use anyhow::{Result, bail};
 use clap::Args;
