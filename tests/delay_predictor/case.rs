@@ -4,8 +4,9 @@ use super::run::{Run, run, settings};
 use softdock_control::settings::Settings;
 use softdock_delay_plants::truth::Bounce;
 use softdock_delay_plants::{
-    Actuator, Contact, Dynamics, ForceLaw, Formulation, Measurement, PlantSettings, Wall,
+    Actuator, Contact, ForceLaw, Formulation, Measurement, PlantSettings, Wall,
 };
+use softdock_experiments::bench::delay::case::{PAUSE_S, Robot, belief};
 
 pub(crate) const MASS_KG: f64 = 500.0;
 /// Natural frequency of scenario S, rad/s.
@@ -14,44 +15,24 @@ pub(crate) const CYCLE_S: f64 = 0.004;
 /// Flight to the wall, s: long enough for the fit of the approach.
 const FLIGHT_S: f64 = 0.8;
 
-/// Robots of different structure, all without a pause, 32 to 45 ms late.
-pub(crate) const PURE: Actuator = Actuator {
-    delay_s: 0.032,
-    ..Actuator::ideal()
-};
-pub(crate) const MIXED: Actuator = Actuator {
-    delay_s: 0.016,
-    dynamics: Dynamics::Lag {
-        time_constant_s: 0.016,
-    },
-    ..Actuator::ideal()
-};
-pub(crate) const LAG: Actuator = Actuator {
-    dynamics: Dynamics::Lag {
-        time_constant_s: 0.032,
-    },
-    ..Actuator::ideal()
-};
-pub(crate) const SERVO: Actuator = Actuator {
-    delay_s: 0.016,
-    dynamics: Dynamics::Servo {
-        hz: 10.0,
-        damping: 0.7,
-    },
-    ..Actuator::ideal()
-};
-pub(crate) const SLOW_SERVO: Actuator = Actuator {
-    dynamics: Dynamics::Servo {
-        hz: 5.0,
-        damping: 0.7,
-    },
-    ..Actuator::ideal()
-};
+/// The robots of the benchmark, all without a pause, 32 to 45 ms late.
+pub(crate) const PURE: Actuator = moving_on(Robot::PURE);
+pub(crate) const MIXED: Actuator = moving_on(Robot::MIXED);
+pub(crate) const LAG: Actuator = moving_on(Robot::LAG);
+pub(crate) const SERVO: Actuator = moving_on(Robot::SERVO_10);
+pub(crate) const SLOW_SERVO: Actuator = moving_on(Robot::SERVO_5);
+
+const fn moving_on(robot: Robot) -> Actuator {
+    Actuator {
+        pause_s: 0.0,
+        ..robot.actuator
+    }
+}
 
 /// A robot that stands still for 16 ms at a reversal.
 pub(crate) const fn pausing(actuator: Actuator) -> Actuator {
     Actuator {
-        pause_s: 0.016,
+        pause_s: PAUSE_S,
         ..actuator
     }
 }
@@ -110,20 +91,6 @@ pub(crate) struct Outcome {
     pub(crate) run: Run,
 }
 
-/// What a board believes of a robot.
-pub(crate) fn believe(settings: &mut Settings, robot: &Actuator) {
-    let believed = &mut settings.delay.actuator;
-    (believed.delay_s, believed.pause_s) = (robot.delay_s, robot.pause_s);
-    (believed.lag_s, believed.servo_hz) = (0.0, 0.0);
-    match robot.dynamics {
-        Dynamics::None => {}
-        Dynamics::Lag { time_constant_s } => believed.lag_s = time_constant_s,
-        Dynamics::Servo { hz, damping } => {
-            (believed.servo_hz, believed.servo_damping) = (hz, damping);
-        }
-    }
-}
-
 /// Noise of force and position.
 pub(crate) fn noise(force_n: f64, position_m: f64) -> Measurement {
     Measurement {
@@ -144,7 +111,7 @@ impl Case {
     pub(crate) fn settings(&self) -> Settings {
         let mut settings = settings();
         settings.body_k.velocity_m_s = [self.speed_m_s, 0.0, 0.0];
-        believe(&mut settings, &self.believed);
+        settings.delay.actuator = belief(&self.believed);
         settings.delay.actuator.feedback_latency_known = self.latency_known;
         settings.delay.predictor.contact_stiffness_n_per_m = self.expected_stiffness;
         settings.delay.predictor.interlock = self.interlock;

@@ -1,9 +1,10 @@
 //! Contacts again and again between two walls: noise does not add up, contacts are remembered.
 
-use super::case::{Case, MASS_KG, OMEGA, PURE, believe, noise, pausing};
+use super::case::{Case, MASS_KG, OMEGA, PURE, noise, pausing};
 use super::run::{Run, run};
 use softdock_control::delay::status::LawFlags;
 use softdock_delay_plants::{Actuator, ForceLaw, Measurement, Wall};
+use softdock_experiments::bench::delay::case::belief;
 
 /// Bounces between two walls; the first is as far as in [`Case`].
 pub(crate) fn between_walls(robot: Actuator, omega: f64, measurement: Measurement) -> Run {
@@ -35,7 +36,7 @@ pub(crate) fn between(
     };
     plant.contact.surfaces.push(back.into());
     let mut settings = case.settings();
-    believe(&mut settings, &believed);
+    settings.delay.actuator = belief(&believed);
     run(&settings, &plant, 15.5)
 }
 

@@ -1,12 +1,13 @@
 //! Contacts in space: oblique, beside the centre, with friction and spin, between two free spacecraft.
 
-use super::case::{PURE, believe, pausing};
+use super::case::{PURE, pausing};
 use super::run::{run, settings};
 use nalgebra::Vector3;
 use softdock_control::io::BodyTrace;
 use softdock_control::settings::Settings;
 use softdock_delay_plants::truth::{Body, FreeTest, Outcome, Twist};
 use softdock_delay_plants::{Contact, ForceLaw, PlantSettings, Wall};
+use softdock_experiments::bench::delay::case::belief;
 
 const MASS_KG: f64 = 500.0;
 const INERTIA: [f64; 3] = [100.0, 120.0, 90.0];
@@ -152,8 +153,7 @@ impl Scene {
             settings.body_q.position_m = OTHER_POSITION;
             settings.body_q.inertia_kg_m2 = diagonal(OTHER_INERTIA);
         }
-        believe(&mut settings, &pausing(PURE));
-        settings.delay.actuator.feedback_latency_known = true;
+        settings.delay.actuator = belief(&pausing(PURE));
         settings
     }
 
