@@ -13,4 +13,4 @@ mod invariants;
 mod repeated;
 mod run;
 mod scenario_s;
-mod space;
+pub(crate) mod space;

@@ -3,6 +3,7 @@
 use super::case::{PURE, pausing};
 use super::run::{run, settings};
 use nalgebra::Vector3;
+use softdock_control::delay::LawName;
 use softdock_control::io::BodyTrace;
 use softdock_control::settings::Settings;
 use softdock_delay_plants::truth::{Body, FreeTest, Outcome, Twist};
@@ -16,9 +17,10 @@ const OTHER_POSITION: [f64; 3] = [1.2, 0.2, 0.1];
 /// Stiffness over mass, as in scenario S, s⁻².
 const STIFFNESS_PER_MASS: f64 = 441.0;
 
+/// A spacecraft and the wall that it meets.
 #[derive(Clone, Copy, Debug)]
-struct Scene {
-    name: &'static str,
+pub(crate) struct Scene {
+    pub(crate) name: &'static str,
     normal: [f64; 3],
     probe: [f64; 3],
     velocity: [f64; 3],
@@ -40,7 +42,7 @@ const HEAD_ON: Scene = Scene {
 
 /// The slip keeps its direction: friction that turns within the dead time of the robot is felt too
 /// late by any law that moves its model by the measured force.
-const SCENES: [Scene; 7] = [
+pub(crate) const SCENES: [Scene; 7] = [
     HEAD_ON,
     Scene {
         name: "oblique",
@@ -87,6 +89,14 @@ const SCENES: [Scene; 7] = [
 ];
 
 impl Scene {
+    /// The same, with smooth surfaces.
+    pub(crate) fn frictionless(self) -> Self {
+        Self {
+            friction: 0.0,
+            ..self
+        }
+    }
+
     fn contact(&self, damping_ratio: f64, onset_phase: f64) -> Contact {
         let mass = if self.other_kg.is_finite() {
             400.0
@@ -141,9 +151,10 @@ impl Scene {
         test.run(3.0, 1)
     }
 
-    fn settings(&self) -> Settings {
+    fn settings(&self, law: LawName) -> Settings {
         let diagonal = |i: [f64; 3]| [[i[0], 0.0, 0.0], [0.0, i[1], 0.0], [0.0, 0.0, i[2]]];
         let mut settings = settings();
+        settings.delay.law = law;
         settings.body_k.velocity_m_s = self.velocity;
         settings.body_k.angular_velocity_rad_s = self.spin;
         settings.body_k.inertia_kg_m2 = diagonal(INERTIA);
@@ -158,7 +169,7 @@ impl Scene {
     }
 
     /// Error of both spacecraft's motion, with 0.3 m as the lever of a rotation, by the speed.
-    fn error(&self, damping_ratio: f64, onset_phase: f64) -> f64 {
+    pub(crate) fn error(&self, law: LawName, damping_ratio: f64, onset_phase: f64) -> f64 {
         let contact = self.contact(damping_ratio, onset_phase);
         let ideal = self.ideal(&contact);
         let plant = PlantSettings {
@@ -166,7 +177,7 @@ impl Scene {
             contact,
             ..PlantSettings::default()
         };
-        let run = run(&self.settings(), &plant, 1.6);
+        let run = run(&self.settings(law), &plant, 1.6);
         let last = run.records[run.records.len() - 1].trace;
         let distance = |body: &BodyTrace, truth: &Twist| {
             let [x, y, z, a, b, c] = body.velocity;
@@ -184,7 +195,8 @@ impl Scene {
 #[test]
 fn elastic_contacts_in_space() {
     for scene in SCENES {
-        let errors = [0.1, 0.6].map(|onset_phase| scene.error(0.0, onset_phase));
+        let errors =
+            [0.1, 0.6].map(|onset_phase| scene.error(LawName::Predictor, 0.0, onset_phase));
         println!("{}: {errors:.4?}", scene.name);
         assert!(errors.iter().all(|e| *e <= 0.006), "{}", scene.name);
     }
@@ -196,7 +208,8 @@ fn damped_contacts_in_space() {
     for scene in SCENES {
         for zeta in [0.2, 0.4] {
             let onset_phases = [0.05, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95];
-            let errors = onset_phases.map(|onset_phase| scene.error(zeta, onset_phase));
+            let errors =
+                onset_phases.map(|onset_phase| scene.error(LawName::Predictor, zeta, onset_phase));
             println!("{}, damping {zeta}: {errors:.4?}", scene.name);
             assert!(errors.iter().all(|e| *e <= 0.012), "{}", scene.name);
         }
