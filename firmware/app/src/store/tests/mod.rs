@@ -234,9 +234,9 @@ fn a_loss_of_power_leaves_the_old_or_the_new_set() {
     change(&mut all, 22.0);
     let words = all.done - before.done;
     assert!(words > SLOT / flash::WORD + 40, "{words}");
-    let (mut old, mut new) = (0, 0);
-    for at in 0..words {
-        for torn in TORN {
+    let survive = |torn: Torn| {
+        let (mut old, mut new) = (0, 0);
+        for at in 0..words {
             let (mut after, done) = cut(before.clone(), at, torn);
             assert!(!done, "word {at}: power was lost");
             let boot = boot(&mut after, None);
@@ -253,7 +253,16 @@ fn a_loss_of_power_leaves_the_old_or_the_new_set() {
             change(&mut after, 33.0);
             assert_eq!(mass(&super::tests::boot(&mut after, None)), 33.0);
         }
-    }
+        (old, new)
+    };
+    let (mut old, mut new) = (0, 0);
+    std::thread::scope(|threads| {
+        for thread in TORN.map(|torn| threads.spawn(move || survive(torn))) {
+            let of_one = thread.join().unwrap();
+            old += of_one.0;
+            new += of_one.1;
+        }
+    });
     // Only the last word, the confirmation, makes it new, if all of it was written.
     assert_eq!((old, new), (4 * words - 1, 1));
     assert!(cut(before, words, Torn::Old).1);
