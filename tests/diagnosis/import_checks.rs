@@ -253,6 +253,14 @@ fn a_force_of_the_wrong_sign_or_size_is_told_with_the_line_to_change() {
         let told = told(scale);
         assert!(told.len() == 1 && told[0].contains(factor), "{told:?}");
     }
+    let mut constant = axis(1.0);
+    let all = constant.cycles.iter_mut();
+    all.for_each(|c| c.inputs.sensor.wrench[0] = -0.02);
+    let told = check(&constant, &context(Some(&model))).unwrap();
+    assert!(
+        told.len() == 1 && told[0].contains("force fx is -0.0200 N in every row"),
+        "{told:?}"
+    );
     // A closed loop moves with the force: nothing is concluded.
     let mut closed = axis(-1.0);
     closed.cycles[0].trace.mode = softdock_control::modes::Mode::Running;
@@ -286,7 +294,7 @@ fn shaft(rate_rad_s: f64, of_velocity: f64) -> Recording {
         let rate = rate_rad_s + 0.1 * (n as f64 * TS).cos();
         c.trace.pose = [0.0, 0.0, 0.0, turn.cos(), turn.sin(), 0.0, 0.0];
         c.trace.executed_velocity = [0.0, 0.0, 0.0, rate * of_velocity, 0.0, 0.0];
-        c.inputs.sensor.wrench = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0];
+        c.inputs.sensor.wrench = [0.0, 0.0, 0.0, 1.0 + 1e-3 * (n % 7) as f64, 0.0, 0.0];
     })
 }
 

@@ -10,7 +10,7 @@ use softdock_app::record::CycleRecord;
 use softdock_control::modes::Mode;
 use softdock_io::recording::Recording;
 use softdock_physics::model::prediction::signals::Signals;
-use softdock_physics::model::{Axis, Model};
+use softdock_physics::model::{Axis, Channel, Model};
 use softdock_report::number;
 use softdock_statistics::{DEVIATIONS_95, correlated_cycles, normal_p};
 
@@ -45,6 +45,8 @@ pub(super) fn check(recording: &Recording, context: &Context<'_>, warnings: &mut
         return;
     };
     for axis in Axis::ALL {
+        let hint = constant(&signals, axis);
+        warnings.extend(hint.map(|hint| format!("{}: {hint}", context.name)));
         let parallel = |c: &CycleRecord| is_parallel(&c.trace.pose[3..], axis);
         if !recording.cycles.iter().all(parallel) {
             continue;
@@ -70,6 +72,34 @@ fn applies<'a>(recording: &'a Recording, context: &Context<'_>) -> Option<Signal
     let open = cycles.iter().all(|c| c.trace.mode != Mode::Running);
     let wanted = foreign && open && !context.at_rest() && context.model.is_none_or(model_applies);
     Signals::new(recording).ok().filter(|_| wanted)
+}
+
+/// A load that never changes, of an axis that moves.
+fn constant(signals: &Signals<'_>, axis: Axis) -> Option<String> {
+    /// What a filter of the import makes of a constant.
+    const ROUNDING: f64 = 1e-6;
+    let i = axis.index();
+    let cycles = &signals.cycles;
+    let value = cycles.first()?.inputs.sensor.wrench[i];
+    let rounding = ROUNDING * value.abs();
+    let same = |c: &CycleRecord| (c.inputs.sensor.wrench[i] - value).abs() <= rounding;
+    let moves = cycles.iter().any(|c| c.trace.executed_velocity[i] != 0.0);
+    let ((what, key), unit) = (named(axis), Channel::Wrench.unit(axis));
+    (value != 0.0 && moves && cycles.iter().all(same)).then(|| {
+        format!(
+            "{what} {key} is {} {unit} in every row: what resists the motion shows in the acceleration alone, and its noise \
+             counts as error; a log in which the load changes shows more",
+            number::significant(value, 3)
+        )
+    })
+}
+
+/// What is measured on an axis, and its key in a mapping.
+fn named(axis: Axis) -> (&'static str, String) {
+    match axis.is_rotation() {
+        true => ("torque", format!("{axis}").replace('r', "t")),
+        false => ("force", format!("f{axis}")),
+    }
 }
 
 /// Whether S is parallel to C: to measure a force all of it, to measure a torque its axis, about which it may turn.
@@ -185,10 +215,7 @@ fn wrong_sign(fitted: &Fitted, axis: Axis) -> Option<String> {
             .sum()
     };
     let (wrong, right) = (explained(1.0), explained(-1.0));
-    let (what, key) = match axis.is_rotation() {
-        true => ("torque", format!("{axis}").replace('r', "t")),
-        false => ("force", format!("f{axis}")),
-    };
+    let (what, key) = named(axis);
     (wrong > OUTWEIGHS * right).then(|| {
         format!(
             "{what} {key} drives the motion instead of resisting it: mass and friction would be negative \
