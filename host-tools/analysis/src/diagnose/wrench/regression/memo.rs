@@ -5,8 +5,8 @@ use super::tested::Tested;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Values that a generation of columns holds at most, 64 MB.
-const MOST_VALUES: usize = 8 << 20;
+/// Values that a generation of columns holds at most, 16 MB: a search comes back to the same ones soon.
+const MOST_VALUES: usize = 2 << 20;
 
 /// All that a result follows from, the logs by what is left of them in every bit: those of another problem agree in none of it.
 pub(crate) type Key = Vec<u64>;
