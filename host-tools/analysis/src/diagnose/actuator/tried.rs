@@ -37,8 +37,8 @@ fn acceleration(steepest: f64) -> Vec<Spec> {
 
 fn jerk(fastest: f64, largest: f64) -> Vec<Spec> {
     /// The slowest approach that is tried, s: twice √(v/j) from rest to the largest velocity.
-    const SLOWEST_S: f64 = 0.5;
-    let low = 4.0 * fastest / (SLOWEST_S * SLOWEST_S);
+    const APPROACH_S: f64 = 0.5;
+    let low = 4.0 * fastest / (APPROACH_S * APPROACH_S);
     let high = (0.99 * largest).max(2.0 * low);
     vec![spec("max_jerk_m_s3", "m/s^3", low, high, 12)]
 }
@@ -52,11 +52,11 @@ fn velocity(fastest: f64) -> Vec<Spec> {
 pub(crate) fn specs(stage: Stage, scale: &Scale) -> Vec<Spec> {
     match stage {
         Stage::Delay => {
-            let [low, high] = [2e-5, LATEST_S].map(|s| s * scale.slower);
+            let [low, high] = [2e-5, SLOWEST_S].map(|s| s * scale.slower);
             vec![spec("extra_delay_s", "s", low, high, 14)]
         }
         Stage::Lag => {
-            let [low, high] = [5e-5, LATEST_S].map(|s| s * scale.slower);
+            let [low, high] = [5e-5, SLOWEST_S].map(|s| s * scale.slower);
             vec![spec("extra_lag_s", "s", low, high, 12)]
         }
         Stage::Resonance => vec![
@@ -134,14 +134,15 @@ pub(crate) struct Scale {
     pub sent_jerk: f64,
     /// Half of the cycle rate, Hz.
     pub nyquist_hz: f64,
-    /// By how much slower than a docking rig's drive one of such cycles may be: a log has as many rows of an answer as its user wanted.
+    /// By how much slower than the slowest drive of a docking rig the drive of this log may be, 1 or more: who logs at a lower rate
+    /// has a slower machine.
     pub slower: f64,
 }
 
-/// Cycles that the slowest drive of a docking rig, of 4 ms, takes to answer: the delays and lags that are tried end there.
-const LATEST_CYCLES: f64 = 30.0;
-/// Their duration, s.
-const LATEST_S: f64 = 0.12;
+/// Delay or lag of the slowest drive that is looked for on a docking rig, in its cycles of 4 ms. Set by hand.
+const SLOWEST_CYCLES: f64 = 30.0;
+/// The same in s.
+const SLOWEST_S: f64 = 0.12;
 
 impl Scale {
     /// Of sent and nominally executed velocities.
@@ -157,7 +158,7 @@ impl Scale {
             sent_acceleration: 0.0,
             sent_jerk: 0.0,
             nyquist_hz: 0.5 / cycle_s,
-            slower: (cycle_s * LATEST_CYCLES / LATEST_S).max(1.0),
+            slower: (cycle_s * SLOWEST_CYCLES / SLOWEST_S).max(1.0),
         };
         for (sent, nominal) in series {
             let [velocity, acceleration, jerk] = largest(nominal, cycle_s);

@@ -237,12 +237,10 @@ impl LoadOfEach {
     pub fn of(scene: &Scene, effects: &[EffectModel], before: &Self) -> Self {
         let hanging_kg = laws::hanging(&scene.model);
         let same = |effect: &EffectModel| {
-            let known = before
-                .known
-                .iter()
-                .filter(|_| before.hanging_kg == hanging_kg);
-            let mut known = known.filter(|(other, _)| other == effect);
-            known.next().map(|(_, load)| Arc::clone(load))
+            let mut known = before.known.iter();
+            let known = known.find(|(other, _)| other == effect);
+            let known = known.filter(|_| before.hanging_kg == hanging_kg);
+            known.map(|(_, load)| Arc::clone(load))
         };
         let of = |effect: &EffectModel| {
             let law = LoadEffect::find(&scene.model, &effect.id)?;

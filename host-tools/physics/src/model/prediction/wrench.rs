@@ -88,7 +88,7 @@ impl Nominal {
     }
 
     /// Reading of each cycle with what the effects of a model contribute that is the same but for these and for the zero of the
-    /// sensor.
+    /// sensor; `before`: what the loads of some effects are known to be.
     pub fn with_effects(
         &self,
         model: &Model,
