@@ -255,10 +255,13 @@ fn is_in_another(other: &str, id: &str, named: &[String]) -> bool {
 }
 
 /// Whether a rival does half of what an effect does beside the others: else it is behind by little because neither does much. What
-/// is not behind does all of it; the others alone may have been tried beside another noise.
+/// is not behind does all of it; the others alone may have been tried beside another noise. Of what does less than an error of form
+/// of the others χ² says nothing: it is named for what it foretells, and so has its rival to be.
 fn does_as_much(id: &str, winner: &Ranked, rival: &Ranked, ranked: &[Ranked]) -> bool {
     let rest = without_it(id, winner, ranked);
-    rival.fall() >= winner.fall() || rival.fall() - rest > AS_MUCH * (winner.fall() - rest)
+    let [own, of_rival] = [winner, rival].map(|r| r.fall() - rest);
+    let is_within_form = own < by_form(winner) && rival.as_good_as.is_none();
+    !is_within_form && (of_rival >= own || of_rival > AS_MUCH * own)
 }
 
 /// Whether an effect explains anything beside the others of a hypothesis: what explains nothing there has rivals in
@@ -532,5 +535,24 @@ mod tests {
             of(&["bearing_inertia", "guide_viscous"], &ranked).told_apart
         };
         assert!(tells(620_572.0) && !tells(620_000.0));
+    }
+
+    /// Of a stiff spring errors of form are 7 million: that another one than an offset of 78,000 falls by more is within them.
+    #[test]
+    fn what_does_less_than_an_error_of_form_has_no_tie_but_one_that_foretells() {
+        let tells = |as_good_as: Option<&str>| {
+            let named = ["cable_stiffness", "guide_offset"];
+            let rival = Ranked {
+                as_good_as: as_good_as.map(str::to_owned),
+                ..tried(&["cable_stiffness", "guide_coulomb"], 7.5489e9, 2)
+            };
+            let ranked = [
+                tried(&named, 7.548_445e9, 2),
+                rival,
+                tried(&["cable_stiffness"], 7.548_367e9, 1),
+            ];
+            of(&named, &ranked).told_apart
+        };
+        assert!(tells(None) && !tells(Some("guide_offset")));
     }
 }
