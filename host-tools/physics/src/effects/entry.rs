@@ -440,6 +440,12 @@ impl Parameter {
         }
     }
 
+    /// Plausible range of translations, or of rotations in their unit.
+    pub fn range(&self, rotation: bool) -> [f64; 2] {
+        let own = self.of_rotations.filter(|_| rotation);
+        own.unwrap_or([self.low, self.high])
+    }
+
     /// Whether the parameter may have either sign; if not, a negative value is unphysical.
     pub fn is_signed(&self) -> bool {
         self.low < 0.0

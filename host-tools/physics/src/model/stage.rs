@@ -4,6 +4,7 @@ use crate::effects::actuator::{
     actuation_delay, actuation_lag, backlash, command_quantisation, jerk_limit, rate_limit,
     second_order_servo, structural_resonance, velocity_gain, velocity_saturation, zero_cross_pause,
 };
+use crate::effects::by_id;
 use crate::model::{EffectModel, Model};
 use softdock_actuator::{Chain, PauseKind, PauseTrigger, Resonance};
 use std::collections::BTreeMap;
@@ -123,6 +124,19 @@ impl Stage {
         }
     }
 
+    /// Whether values of its parameters lie in the ranges of the catalogue.
+    pub fn holds(self, rotation: bool, values: &[f64]) -> bool {
+        let catalogued = by_id(self.id()).map_or(&[][..], |effect| effect.parameters);
+        let mut both = self.parameters(false).iter().zip(values);
+        both.all(|((name, _), value)| {
+            let parameter = catalogued.iter().find(|p| p.name == *name);
+            parameter.is_none_or(|p| {
+                let [low, high] = p.range(rotation);
+                (low..=high).contains(value)
+            })
+        })
+    }
+
     /// Whether translations and rotations have parameters of their own.
     pub fn has_units_of_its_axes(self) -> bool {
         self.parameters(true) != self.parameters(false)
@@ -217,5 +231,19 @@ impl Model {
             }
         }
         chain
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Steps of a command up to 10 mm/s and 1 rad/s.
+    #[test]
+    fn values_are_held_against_the_range_of_their_kind_of_axis() {
+        let holds = |rotation, step: f64| Stage::CommandStep.holds(rotation, &[step]);
+        assert!(holds(false, 0.01) && !holds(false, 0.011));
+        assert!(holds(true, 1.0) && !holds(true, 1.01) && !holds(true, f64::NAN));
+        assert!(Stage::Delay.holds(false, &[1.0]) && !Stage::Delay.holds(false, &[100.0]));
     }
 }

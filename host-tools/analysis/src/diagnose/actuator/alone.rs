@@ -155,7 +155,7 @@ fn best_scope(
 fn by_kind(stage: Stage, cost: &Cost<'_>, beside: &[Term]) -> Option<Vec<Term>> {
     let bare = cost.of_axes(beside, &cost.active);
     let mut kinds: Vec<(f64, Term)> = Vec::new();
-    for kind in [0..3, 3..6] {
+    for kind in [0..3_usize, 3..6] {
         let axes: [bool; 6] = std::array::from_fn(|a| kind.contains(&a) && cost.active[a]);
         if !axes.contains(&true) {
             continue;
@@ -185,6 +185,9 @@ fn by_kind(stage: Stage, cost: &Cost<'_>, beside: &[Term]) -> Option<Vec<Term>> 
         let noise = AT_NOISE * AT_NOISE * cost.count_of(&axes) as f64;
         if of_kind(&[]) > noise {
             term = improved(term, cost, &of_kind);
+        }
+        if !stage.holds(kind.start == 3, &term[0].values) {
+            continue;
         }
         kinds.push((of_kind(&[]) - of_kind(&term), term.swap_remove(0)));
     }

@@ -65,9 +65,7 @@ fn add_rotations(all: &mut Vec<Allowed>, effect: &Effect) {
                 continue;
             };
             let catalogued = effect.parameters.iter().find(|p| p.name == *linear);
-            let [low, high] = catalogued
-                .and_then(|p| p.of_rotations)
-                .unwrap_or([of.low, of.high]);
+            let [low, high] = catalogued.map_or([of.low, of.high], |p| p.range(true));
             add(
                 all,
                 Allowed {
