@@ -212,9 +212,9 @@ impl Answer<'_> {
         };
         let refitted = reduction.refitted.iter().map(|[before, after]| {
             format!(
-                "Parameters, and how a friction turns round, are those of least squares: these foretell unseen data {:.1} % better than those of the likelihood \
-                 that decides on names, which weighs errors as the noise has them and holds what it has found first while it looks for more: the form of a law is \
-                 not quite that of the machine, or what was found first has other amounts beside the rest.{intervals}",
+                "The parameters are those of least squares, which foretell unseen data {:.1} % better than those of the likelihood that decides on \
+                 names: that one weighs errors by the noise, and holds what it has found first. Where the two differ, the form of a law is not quite that of \
+                 the machine.{intervals}",
                 100.0 * (1.0 - after / before)
             )
         });
