@@ -1,8 +1,9 @@
-//! A right model is right for any part of a log, for a log at rest, and whatever the law lets the spacecraft feel.
+//! A right model is right for any part of a log, for a log at rest or under one load, and whatever the law lets the spacecraft feel.
 
+use super::joint::{JOINT, MODEL};
 use super::tables::{imported, table};
 use softdock_analysis::compare::{Failure, compare};
-use softdock_analysis::diagnose::{Verdict, diagnose};
+use softdock_analysis::diagnose::{Verdict, diagnose, fit_effects};
 use softdock_analysis::levels::ChannelLevels;
 use softdock_control::delay::LawName;
 use softdock_experiments::diagnosis::{Part, model, scenario};
@@ -130,6 +131,35 @@ fn a_log_at_rest_says_nothing() {
             found.sentence
         );
     }
+}
+
+/// A constant is predicted best by what is too small. Of the same two runs under two constants it is asked what is missing, and of one what a
+/// user knows to be there.
+#[test]
+fn a_load_that_never_changes_says_nothing() {
+    let run = |load: f64, seed: u64| {
+        let mut log = JOINT.record(10.0, 0.0, seed, |_| load);
+        let cycles = log.cycles.iter_mut();
+        cycles.for_each(|c| c.inputs.sensor.wrench[3] = load);
+        log
+    };
+    let model = Model::from_toml(MODEL, "model.toml").unwrap();
+    let [one, same, other] = [(-0.2, 1), (-0.2, 2), (0.3, 3)].map(|(load, seed)| run(load, seed));
+    let verdict = |test: &Recording| {
+        let found = diagnose(&model, &[&one], &[test], &|_, _| {}).unwrap();
+        found.diagnosis
+    };
+    let found = verdict(&same);
+    assert_eq!(found.verdict, Verdict::NotTestable, "{}", found.sentence);
+    assert!(
+        found.sentence.contains("the load is the same"),
+        "{}",
+        found.sentence
+    );
+    assert_ne!(verdict(&other).verdict, Verdict::NotTestable);
+    let asked = ["guide_offset".to_owned()];
+    let asked = fit_effects(&model, &asked, &[&one], &[&same], true).unwrap();
+    assert_eq!(asked.diagnosis.effects, ["guide_offset"]);
 }
 
 /// Laws that let the spacecraft feel more or less than the sensor say so in the recording (`unaccounted_impulse`).

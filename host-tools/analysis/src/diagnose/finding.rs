@@ -19,7 +19,7 @@ pub enum Verdict {
     Unexplained,
     /// The logs are not those of one machine: what is missing differs from one to the other.
     LogsDisagree,
-    /// The logs hold nothing that a model could be held against.
+    /// The logs hold nothing that a model could be held against, or nothing that changes.
     NotTestable,
 }
 

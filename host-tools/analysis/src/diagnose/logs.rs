@@ -1,6 +1,6 @@
 //! What there is of each log, apart by whether anything was fitted to it.
 
-use softdock_physics::model::log::Log;
+use softdock_physics::model::log::{Log, is_same_wrench};
 
 /// Something for each log. The first ones are those of the fit, the others are unseen.
 #[derive(Clone, Debug)]
@@ -83,6 +83,13 @@ impl<T> Logs<anyhow::Result<T>> {
 }
 
 impl Logs<Log> {
+    /// Whether all have one load that never changes: whatever predicts a constant from the motion has a small error, above all
+    /// effects that are too small and cancel.
+    pub(super) fn have_one_load(&self) -> bool {
+        let each: Option<Vec<[f64; 6]>> = self.all.iter().map(Log::constant_wrench).collect();
+        each.is_some_and(|each| each.iter().all(|one| is_same_wrench(each[0], *one)))
+    }
+
     /// Whether each has an origin of its own: effects that act by position have other amounts in each, then.
     pub(super) fn have_own_origins(&self) -> bool {
         self.all.len() > 1 && self.all.iter().all(Log::has_own_origin)

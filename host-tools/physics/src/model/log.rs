@@ -51,6 +51,18 @@ pub(super) fn is_measured(mut values: impl Iterator<Item = f64>) -> bool {
     values.any(|value| value != 0.0)
 }
 
+/// Whether two forces are one but for what a filter of an import makes of a constant.
+pub fn is_same_force(one: f64, other: f64) -> bool {
+    const ROUNDING: f64 = 1e-6;
+    (one - other).abs() <= ROUNDING * one.abs()
+}
+
+/// The same of a whole wrench.
+pub fn is_same_wrench(one: [f64; 6], other: [f64; 6]) -> bool {
+    let mut both = one.into_iter().zip(other);
+    both.all(|(one, other)| is_same_force(one, other))
+}
+
 impl Log {
     /// From a recording.
     ///
@@ -119,6 +131,15 @@ impl Log {
     pub fn measured(&self) -> [bool; 6] {
         let of_axis = |series: &Vec<f64>| is_measured(series.iter().copied());
         self.wrench.each_ref().map(of_axis)
+    }
+
+    /// The wrench, if a motion was logged under one that never changes, as under a constant command.
+    pub fn constant_wrench(&self) -> Option<[f64; 6]> {
+        let first = self.wrench.each_ref().map(|series| series[0]);
+        let mut rows = 0..self.cycle_count();
+        let same = |n: usize| is_same_wrench(first, self.wrench.each_ref().map(|series| series[n]));
+        let moves = is_measured(self.executed.iter().flatten().copied());
+        (moves && is_measured(first.into_iter()) && rows.all(same)).then_some(first)
     }
 
     /// Number of cycles.

@@ -86,7 +86,7 @@ pub(crate) fn conclude(
     if let Some(why) = of_all_logs {
         diagnosis.is_of_all_logs(why);
     }
-    diagnosis.sentence = sentence::of(&diagnosis, &left, judged.stands_still);
+    diagnosis.sentence = sentence::of(&diagnosis, &left, judged.untestable);
     Ok(Outcome {
         diagnosis,
         after,

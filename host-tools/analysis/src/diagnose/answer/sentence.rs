@@ -12,21 +12,14 @@ const TOLD: f64 = 0.01;
 /// Percentage of it that is told as all of it.
 const ALL: f64 = 99.5;
 
-/// Says what is missing, how far the error falls, and what is not certain.
-pub(crate) fn of(diagnosis: &Diagnosis, left: &[Left], stands_still: bool) -> String {
+/// Says what is missing, how far the error falls, and what is not certain; `untestable`: what is said of logs that cannot say it.
+pub(crate) fn of(diagnosis: &Diagnosis, left: &[Left], untestable: &str) -> String {
     match diagnosis.verdict {
         Verdict::Named => named(diagnosis),
         Verdict::NothingMissing => nothing_missing(diagnosis),
         Verdict::Unexplained => unexplained(diagnosis, left),
         Verdict::LogsDisagree => logs_disagree(diagnosis),
-        Verdict::NotTestable if stands_still => {
-            "The logs cannot say what is missing: the rig stands still \
-             in them. Record a run in which it moves."
-                .to_owned()
-        }
-        Verdict::NotTestable => "The logs cannot say what is missing: they hold neither commanded \
-             velocities, nor a wrench, nor velocities of the model of the spacecraft."
-            .to_owned(),
+        Verdict::NotTestable => untestable.to_owned(),
     }
 }
 

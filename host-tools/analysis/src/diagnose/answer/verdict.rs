@@ -52,8 +52,8 @@ pub(crate) struct Judged {
     pub(crate) found: Vec<String>,
     /// Those about which the logs disagree.
     pub(crate) disagreeing: Vec<String>,
-    /// Nothing moves, is found or is left.
-    pub(crate) stands_still: bool,
+    /// What is said of logs that cannot say what is missing.
+    pub(crate) untestable: &'static str,
     pub(crate) verdict: Verdict,
     /// Something is left without a name.
     pub(crate) unexplained: bool,
@@ -88,7 +88,7 @@ impl Judged {
         Self {
             found,
             disagreeing,
-            stands_still,
+            untestable: untestable(stages, stands_still),
             verdict: grounds.verdict(),
             unexplained: grounds.unexplained(),
             asked,
@@ -103,6 +103,21 @@ impl Judged {
     pub(crate) fn named(&self) -> &[String] {
         if self.is_unnamed() { &[] } else { &self.found }
     }
+}
+
+/// Why logs cannot say what is missing, if they cannot.
+fn untestable(stages: &Stages, stands_still: bool) -> &'static str {
+    if stands_still {
+        return "The logs cannot say what is missing: the rig stands still in them. Record a run in which it moves.";
+    }
+    if stages.logs.have_one_load() {
+        return "The logs cannot say what is missing: the load is the same from beginning to end, and whatever predicts a constant \
+                from the motion has a small error. Record runs in which it changes, or several with a constant load that differ in \
+                it; effects that you know are there are fitted by name (softdock add EFFECT EFFECT ..), and the error simulated \
+                forward says how right they are.";
+    }
+    "The logs cannot say what is missing: they hold neither commanded velocities, nor a wrench, nor velocities of the model of the \
+     spacecraft."
 }
 
 /// Whether nothing moves. Readings at rest show a zero that is off and a drift, and nothing else.
@@ -147,7 +162,14 @@ pub(crate) fn lacking(stages: &Stages) -> Vec<&'static str> {
         all.push("The actuator is not tested: the logs hold no commanded velocities.");
     }
     if stages.wrench.is_none() {
-        all.push("The mechanism, the tool and the sensor are not tested: the logs hold no wrench.");
+        all.push(match stages.logs.have_one_load() {
+            true => {
+                "The mechanism, the tool and the sensor are not tested: the load never changes."
+            }
+            false => {
+                "The mechanism, the tool and the sensor are not tested: the logs hold no wrench."
+            }
+        });
     }
     let model_velocity = |p: &Prediction| {
         let channel = p.channel(Channel::ModelVelocity);

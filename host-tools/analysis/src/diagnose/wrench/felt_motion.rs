@@ -75,7 +75,7 @@ fn noise_likelihood(logs: &[PreparedLog]) -> f64 {
     logs.iter().map(of_log).sum()
 }
 
-/// Searches the reading; None where a log has none.
+/// Searches the reading; None where a log has none, or all have a load that never changes, unless a user asks for an effect.
 pub(crate) fn wrench_stage(
     model: &Model,
     motion: &Motion<'_>,
@@ -84,7 +84,8 @@ pub(crate) fn wrench_stage(
 ) -> Option<WrenchFinding> {
     let logs = motion.logs;
     let measured = |log: &Log| log.wrench.iter().flatten().any(|v| *v != 0.0);
-    if !logs.all.iter().all(measured) {
+    let tells = question.is_asked() || !logs.have_one_load();
+    if !tells || !logs.all.iter().all(measured) {
         return None;
     }
     let mut prepared = Joint::new(motion.felt(model, sampling), logs.fitted, &motion.memo);

@@ -9,6 +9,7 @@ use nalgebra::{DVector, Matrix5, Vector5};
 use softdock_app::record::CycleRecord;
 use softdock_control::modes::Mode;
 use softdock_io::recording::Recording;
+use softdock_physics::model::log::is_same_force;
 use softdock_physics::model::prediction::signals::Signals;
 use softdock_physics::model::{Axis, Channel, Model};
 use softdock_report::number;
@@ -76,13 +77,10 @@ fn applies<'a>(recording: &'a Recording, context: &Context<'_>) -> Option<Signal
 
 /// A load that never changes, of an axis that moves.
 fn constant(signals: &Signals<'_>, axis: Axis) -> Option<String> {
-    /// What a filter of the import makes of a constant.
-    const ROUNDING: f64 = 1e-6;
     let i = axis.index();
     let cycles = &signals.cycles;
     let value = cycles.first()?.inputs.sensor.wrench[i];
-    let rounding = ROUNDING * value.abs();
-    let same = |c: &CycleRecord| (c.inputs.sensor.wrench[i] - value).abs() <= rounding;
+    let same = |c: &CycleRecord| is_same_force(value, c.inputs.sensor.wrench[i]);
     let moves = cycles.iter().any(|c| c.trace.executed_velocity[i] != 0.0);
     let ((what, key), unit) = (named(axis), Channel::Wrench.unit(axis));
     (value != 0.0 && moves && cycles.iter().all(same)).then(|| {
