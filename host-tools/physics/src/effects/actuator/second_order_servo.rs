@@ -17,7 +17,7 @@ pub const EFFECT: Effect = Effect {
     signature: "executed velocity starts with a rounded foot and overshoots each change of command a little, once",
     typical: "5 to 30 Hz with a damping ratio of 0.5 to 0.9",
     parameters: &[
-        Parameter::new("frequency_hz", "Hz", 0.5, 500.0)
+        Parameter::new("frequency_hz", "Hz", 0.01, 500.0)
             .hidden(11.0, 16.0)
             .pictured(8.0),
         Parameter::new("damping_ratio", "-", 0.3, 0.999)
@@ -52,12 +52,12 @@ pub struct SecondOrderServo {
 }
 
 impl SecondOrderServo {
-    /// At rest. `frequency_hz` (undamped natural frequency) 0.1 to 2000, `damping_ratio` 0 to 0.999, `step_s` in s.
+    /// At rest. `frequency_hz` (undamped natural frequency) 0.01 to 2000, `damping_ratio` 0 to 0.999, `step_s` in s.
     ///
     /// A critically or over-damped servo is a lag: use the first-order effect.
     pub fn new(frequency_hz: f64, damping_ratio: f64, step_s: f64) -> Result<Self, SettingsError> {
         check_step(step_s)?;
-        in_range("frequency_hz", frequency_hz, 0.1, 2000.0)?;
+        in_range("frequency_hz", frequency_hz, 0.01, 2000.0)?;
         in_range("damping_ratio", damping_ratio, 0.0, 0.999)?;
         let zeta = damping_ratio;
         let phase = core::f64::consts::TAU * frequency_hz * step_s; // w h

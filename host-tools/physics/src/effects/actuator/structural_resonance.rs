@@ -21,7 +21,7 @@ pub const EFFECT: Effect = Effect {
                 spectrum has a peak where delay and lag have none",
     typical: "8 to 40 Hz with a damping ratio of 0.02 to 0.1 for an arm with a tool",
     parameters: &[
-        Parameter::new("frequency_hz", "Hz", 1.0, 500.0)
+        Parameter::new("frequency_hz", "Hz", 0.05, 500.0)
             .hidden(9.0, 16.0)
             .pictured(14.0),
         Parameter::new("damping_ratio", "-", 0.005, 0.5)
