@@ -108,10 +108,6 @@ fn effects_that_are_asked_for_are_added_together() {
             "received `actuation_delay` twice",
         ),
         (
-            &["actuation_delay", "guide_coulomb", "--force"],
-            "--force: expected one effect, received 2",
-        ),
-        (
             &["actuation_delay", "guide_coulomb", "cable_stiffness"],
             "do not pay for the parameters of `cable_stiffness`",
         ),
@@ -126,15 +122,21 @@ fn effects_that_are_asked_for_are_added_together() {
         fs::read_to_string(folder.join("model.toml")).unwrap(),
         before
     );
-    let added = json(&folder, &add(&["actuation_delay", "guide_coulomb"]));
-    let mut effects: Vec<&str> = added["effects"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .filter_map(Value::as_str)
-        .collect();
-    effects.sort_unstable();
-    assert_eq!(effects, ["actuation_delay", "guide_coulomb"]);
+    let added = |ids: &[&str]| {
+        let added = json(&folder, &add(ids));
+        let effects = added["effects"].as_array().unwrap().iter();
+        let mut effects: Vec<String> = effects
+            .filter_map(Value::as_str)
+            .map(str::to_owned)
+            .collect();
+        effects.sort_unstable();
+        effects
+    };
+    let all = ["actuation_delay", "cable_stiffness", "guide_coulomb"];
+    let forced = [&all[..], &["--force", "--dry-run"]].concat();
+    assert_eq!(added(&forced), all);
+    let both = ["actuation_delay", "guide_coulomb"];
+    assert_eq!(added(&both), both);
     let again = softdock(&folder, &add(&["actuation_delay"]));
     assert!(
         again

@@ -56,7 +56,7 @@ pub fn add_effect(
             return Ok((report, moved));
         }
     }
-    together::found_beside(model, &[id.to_owned()], logs)?.ok_or(alone)
+    together::found_beside(model, &[id.to_owned()], logs, false)?.ok_or(alone)
 }
 
 /// Fits one effect as [`add_effect`] does, or several together, in the forms that suit the logs, and beside them what the model
@@ -64,8 +64,8 @@ pub fn add_effect(
 ///
 /// # Errors
 ///
-/// Those of [`add_effect`] and [`fit_effects`]; no effect, or one twice, or, of several, one that does not pay for its parameters
-/// beside the others and without which unseen data is foretold as well, also if it is `forced`.
+/// Those of [`add_effect`] and [`fit_effects`]; no effect, or one twice, or, of several that are not `forced`, one that does not pay
+/// for its parameters beside the others and without which unseen data is foretold as well.
 pub fn add_effects(
     model: &Model,
     ids: &[String],
@@ -84,15 +84,20 @@ pub fn add_effects(
     }
     match ids {
         [id] => add_effect(model, id, logs, forced),
-        several => add_together(model, several, logs),
+        several => add_together(model, several, logs, forced),
     }
 }
 
-fn add_together(model: &Model, ids: &[String], logs: &Logs) -> Result<(Report, Vec<Refitted>)> {
+fn add_together(
+    model: &Model,
+    ids: &[String],
+    logs: &Logs,
+    forced: bool,
+) -> Result<(Report, Vec<Refitted>)> {
     let mut report = fit_effects(model, ids, &logs.fitted(), &logs.unseen_ones(), true)?;
     let is_found = |id: &&String| report.diagnosis.effects.contains(id);
     if !ids.iter().all(|id| is_found(&id))
-        && let Some(all) = together::found_beside(model, ids, logs)?
+        && let Some(all) = together::found_beside(model, ids, logs, forced)?
     {
         return Ok(all);
     }
@@ -110,7 +115,7 @@ fn add_together(model: &Model, ids: &[String], logs: &Logs) -> Result<(Report, V
     ensure!(
         missing.is_empty(),
         "nothing was added: beside {} these logs do not pay for the parameters of {}; leave out what does not pay, or take \
-         logs that excite it (softdock effects show EFFECT){}",
+         logs that excite it (softdock effects show EFFECT), or --force, which adds all of them{}",
         quoted(&found),
         quoted(&missing),
         refused(&report, &missing)

@@ -2,7 +2,7 @@
 //! part of it.
 
 use crate::compare::sentence::listed;
-use crate::diagnose::{Estimate, Parameters, Report, evidence, fit_effects};
+use crate::diagnose::{Estimate, Parameters, Report, evidence, fit_effect, fit_effects};
 use crate::fit::judged::RISES;
 use crate::fit::logs::refs;
 use crate::fit::{Logs, Parameter, ParameterId, Refitted, refit_those};
@@ -64,10 +64,12 @@ pub fn refit_beside(model: &Model, report: &mut Report, logs: &Logs) -> Result<V
 /// Effects that are refused while others are held, fitted together with these, if that foretells unseen data better by so much as
 /// names them, also than with the others fitted anew without them: a viscous friction that was fitted alone has taken all of a dry
 /// one, and more. A search chooses the forms; of what it does not find, least squares give the parameters of the plain ones.
+/// `forced`: whatever they foretell.
 pub(super) fn found_beside(
     model: &Model,
     ids: &[String],
     logs: &Logs,
+    forced: bool,
 ) -> Result<Option<(Report, Vec<Refitted>)>> {
     let new = model.effects.len();
     if ids.len() < 2 && !model.effects.iter().any(EffectModel::was_fitted) {
@@ -79,7 +81,7 @@ pub(super) fn found_beside(
     let missing = |id: &&String| finds_all || !report.diagnosis.effects.contains(id);
     let missing: Vec<String> = ids.iter().filter(missing).cloned().collect();
     if !finds_all {
-        let start = with_all(model, ids, &report.after)?;
+        let start = with_all(model, ids, &report.after, forced.then_some(logs))?;
         let (after, parameters) = refitted(&start, new, &train)?;
         report.after = after;
         report.diagnosis.is_of_fit();
@@ -93,7 +95,8 @@ pub(super) fn found_beside(
     let errors = [steps.first(), steps.last()].map(|step| step.and_then(|step| step.test_error));
     let [before, now] = errors.map(|error| error.unwrap_or(f64::NAN));
     let falls = now * evidence::RISES < before.min(without); // not so for NaN
-    if !falls || !ids.iter().all(|id| is_sure(&report, id)) {
+    let is_shown = falls && ids.iter().all(|id| is_sure(&report, id));
+    if !is_shown && !forced {
         return Ok(None);
     }
     let [before, now] = [model, &report.after].map(|model| predictions(model, &test));
@@ -158,13 +161,20 @@ pub(super) fn is_sure(report: &Report, id: &str) -> bool {
     amounts.is_some_and(|all| all.values().any(|one| one.low * one.high > 0.0))
 }
 
-/// The model with effects as a search has found them, and in their plain forms, in which they do nothing yet, where it has not.
-fn with_all(model: &Model, ids: &[String], found: &Model) -> Result<Model> {
+/// The model with effects as a search has found them; where it has not, as `logs` show them beside the ones before, and in their plain
+/// forms, in which they do nothing yet, where these show nothing.
+fn with_all(model: &Model, ids: &[String], found: &Model, logs: Option<&Logs>) -> Result<Model> {
     let mut with = model.clone();
     for id in ids {
-        let found = found.effects.iter().find(|one| one.id == *id).cloned();
+        let of = |model: &Model| model.effects.iter().find(|one| one.id == *id).cloned();
+        let alone = || {
+            let logs = logs?;
+            let report = fit_effect(&with, id, &logs.fitted(), &logs.unseen_ones(), true);
+            of(&report.ok()?.after)
+        };
+        let known = of(found).or_else(alone);
         with.effects
-            .push(found.map_or_else(|| plain(model, id), Ok)?);
+            .push(known.map_or_else(|| plain(model, id), Ok)?);
     }
     Ok(with)
 }

@@ -3,7 +3,7 @@
 use super::diagnose::tables;
 use super::progress::Progress;
 use super::{answer, fit, logs, print, print_json};
-use anyhow::{Result, bail, ensure};
+use anyhow::{Result, bail};
 use clap::Args;
 use softdock_analysis::add::{Addition, add_effects, model_after, refit_beside, useless};
 use softdock_analysis::diagnose::{Diagnosis, Report, Verdict, diagnose};
@@ -18,7 +18,7 @@ use std::path::PathBuf;
 ///
 /// Effects that the model has already are fitted anew beside them, where that foretells unseen data better, and it is said
 /// what moved; everything else in the file stays as it is. Without EFFECT, what a diagnosis names is added; several are
-/// fitted together. What does not help on unseen data is not written, unless it is one and --force says so.
+/// fitted together. What does not help on unseen data is not written, unless --force says so.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example: softdock add model.toml guide_coulomb --fit train.mcap --test test.mcap
@@ -39,7 +39,7 @@ pub(super) struct Add {
     /// Print the difference to the model file and write nothing
     #[arg(long)]
     dry_run: bool,
-    /// Write one effect also if it does not help on unseen data
+    /// Write the effects also if they do not help on unseen data
     #[arg(long)]
     force: bool,
     /// Print one JSON document
@@ -53,11 +53,6 @@ impl Add {
         for id in &self.effects {
             file.model().effect(id)?;
         }
-        let count = self.effects.len();
-        ensure!(
-            count < 2 || !self.force,
-            "--force: expected one effect, received {count}; of several none is written that the logs do not pay for"
-        );
         let logs = logs::open(file.model(), &self.fit, &self.test)?;
         let (report, moved) = self.fitted(file.model(), &logs)?;
         if report.diagnosis.effects.is_empty() {
