@@ -12,7 +12,11 @@ pub(crate) fn of<'a>(named: impl Iterator<Item = &'a Named> + Clone) -> Option<E
         None => weight(find("cable_stiffness")?),
         Some(_) => None,
     };
-    by_direction().or_else(weight)
+    let with_constant = || match find("guide_coulomb").or(find("guide_offset")) {
+        None => friction_with_constant(find("guide_asymmetry")?),
+        Some(_) => None,
+    };
+    by_direction().or_else(with_constant).or_else(weight)
 }
 
 /// A spring about a bearing that may bend as the sine of a weight does: k sin q = k q − k/6 q³ + ..
@@ -78,6 +82,44 @@ fn friction_by_direction(coulomb: &Named, offset: &Named) -> Option<Equivalent> 
     })
 }
 
+/// A level of friction for each direction, and nothing that differs with the speed.
+fn friction_with_constant(asymmetry: &Named) -> Option<Equivalent> {
+    let of = |name| asymmetry.estimates.get(name);
+    let on_a_guide = of("forward_n").zip(of("backward_n"));
+    let (both, amount) = match on_a_guide {
+        Some(both) => (both, "force_n"),
+        None => (of("forward_n_m").zip(of("backward_n_m"))?, "torque_n_m"),
+    };
+    if asymmetry.estimates.len() > 2 {
+        return None;
+    }
+    let half = |sign: f64| {
+        let twice = sum(both.1, both.0, sign);
+        let [value, low, high] = [twice.value, twice.low, twice.high].map(|end| 0.5 * end);
+        Estimate {
+            value,
+            low,
+            high,
+            ..twice
+        }
+    };
+    let (dry, constant) = (half(1.0), half(-1.0));
+    let sentence = format!(
+        "guide_asymmetry is the same as a dry friction of {:.3} {unit} (guide_coulomb) and a constant of {:.3} {unit} \
+         (guide_offset) together. No log can tell one from the other; who knows the guide can.",
+        dry.value,
+        constant.value,
+        unit = dry.unit,
+    );
+    let parameters = [("guide_coulomb", dry), ("guide_offset", constant)];
+    let parameters = parameters.map(|(id, one)| (id.to_owned(), [(amount.to_owned(), one)].into()));
+    Some(Equivalent {
+        of: vec![asymmetry.effect.id.clone()],
+        parameters: Parameters::from(parameters),
+        sentence,
+    })
+}
+
 /// One estimate plus another, or minus it.
 fn sum(one: &Estimate, other: &Estimate, sign: f64) -> Estimate {
     let deviation = |e: &Estimate| 0.5 * (e.high - e.low) / DEVIATIONS_95;
@@ -129,6 +171,16 @@ mod tests {
         );
         let forward = &said.parameters["guide_asymmetry"]["forward_n"];
         assert!((forward.high - 2.0 - DEVIATIONS_95 * 0.1 * 2.0_f64.sqrt()).abs() < 1e-9);
+        let other_way = Named::new("guide_asymmetry", Vec::new())
+            .with("forward_n", (2.0, 0.1), "N")
+            .with("backward_n", (1.0, 0.1), "N");
+        let same = of([&other_way].into_iter()).expect("the same as both");
+        let value = |id: &str| same.parameters[id]["force_n"].value;
+        assert_eq!([value("guide_coulomb"), value("guide_offset")], [1.5, -0.5]);
+        let steeper = other_way
+            .clone()
+            .with("viscous_difference_n_s_per_m", (5.0, 0.1), "N·s/m");
+        assert_eq!(of([&steeper].into_iter()), None);
         // Against the motion in one direction only: no friction does so.
         let strong = named("guide_offset", 2.0, 0.0);
         let elsewhere = named("guide_offset", 0.5, 1.0);
