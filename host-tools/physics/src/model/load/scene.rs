@@ -144,6 +144,14 @@ impl Scene {
         first.translation.vector + first.rotation * point
     }
 
+    /// Position along the guide, m, or about the bearing, rad, with which the log began.
+    pub fn first_position(&self) -> f64 {
+        match self.model.bearing() {
+            Some(_) => self.first_angle(),
+            None => self.axis.dot(&self.first_place_of(&Vector3::zeros())),
+        }
+    }
+
     /// Angle of a bearing with which the log began, rad.
     pub(super) fn first_angle(&self) -> f64 {
         let first = pose_of(&self.began.pose);

@@ -4,9 +4,10 @@ use super::joint::Joint;
 use super::prepared_log::PreparedLog;
 use super::tested::Tested;
 use nalgebra::{DMatrix, DVector};
-use softdock_physics::model::load::Column;
+use softdock_physics::effects::mechanism::ABOUT_START;
 use softdock_physics::model::load::effects::{LoadEffect, Pace, Shape, Sign};
 use softdock_physics::model::load::loaded::Loaded;
+use softdock_physics::model::load::{Column, Scene};
 
 /// An effect with given shape parameters.
 pub(crate) struct Variant {
@@ -273,11 +274,39 @@ fn wanted(joint: &Joint, excluded: &dyn Fn(&str) -> bool) -> Vec<(&'static LoadE
         true => false,
         false => !excluded(effect.id),
     };
+    let rests_at_one_place = begin_apart(joint);
     let with_shapes = |effect: &'static LoadEffect| {
+        let about_start = effect
+            .shapes
+            .iter()
+            .position(|s| s.name == ABOUT_START.name);
+        let is_excluded = move |shapes: &Vec<f64>| {
+            rests_at_one_place && about_start.is_some_and(|place| shapes[place] > 0.5)
+        };
         let shapes = combinations(effect, joint.pace()).into_iter();
+        let shapes = shapes.filter(move |shapes| !is_excluded(shapes));
         shapes.map(move |shapes| (effect, shapes))
     };
     all.filter(is_tried).flat_map(with_shapes).collect()
+}
+
+/// Whether logs of a machine begin at opposite ends of their travel. A spring that rests where each began has a rest for each end there, and
+/// stands for what depends on the direction alone.
+fn begin_apart(joint: &Joint) -> bool {
+    /// Share of the travel. Logs of one rig that are about the same begin up to half of it apart, and opposite ends are all of it
+    /// apart. Set by hand.
+    const APART: f64 = 0.75;
+    let scenes = || joint.logs.iter().map(|log| &log.scene);
+    let width = |ends: [f64; 2]| (ends[1] - ends[0]).max(0.0);
+    let travel = scenes().map(|scene| width(range(scene.position.iter().copied())));
+    let begins = width(range(scenes().map(Scene::first_position)));
+    scenes().all(|scene| !scene.of_a_rig) && begins > APART * travel.fold(0.0, f64::max)
+}
+
+fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
+        [low.min(value), high.max(value)]
+    })
 }
 
 /// All combinations of the shapes that are tried in such logs.
@@ -299,36 +328,48 @@ mod tests {
     use super::*;
     use crate::diagnose::noise::autoregressive::AutoregressiveNoise;
     use crate::diagnose::wrench::Memo;
+    use softdock_control::frames::pose_components;
     use softdock_control::frames::{Pose, Twist};
     use softdock_control::wrench::Motion;
+    use softdock_io::recording::Beginning;
     use softdock_physics::model::Model;
-    use softdock_physics::model::load::Scene;
+    use std::f64::consts::FRAC_PI_2;
     use std::sync::Arc;
 
-    /// An axis that swings to and fro beside a sensor whose zero is off by 40 tolerances.
-    fn off_zero() -> Joint {
+    /// An axis that swings 20 mm to either side, from one phase of its swing to another, beside a sensor whose zero is off by 40
+    /// tolerances.
+    fn swinging([from, to]: [f64; 2]) -> PreparedLog {
         const CYCLE_S: f64 = 0.004;
+        const ROWS: i32 = 800;
         let model = "[rig]\nactive_axes = [\"x\"]\n[tool]\nmass_kg = 2.0\n";
         let model = Model::from_toml(model, "model.toml").unwrap();
-        let time_s: Vec<f64> = (0..800).map(|n| CYCLE_S * f64::from(n)).collect();
+        let time_s: Vec<f64> = (0..ROWS).map(|n| CYCLE_S * f64::from(n)).collect();
+        let rate = (to - from) / (CYCLE_S * f64::from(ROWS));
         let along = |of: &dyn Fn(f64) -> f64| -> Vec<[f64; 6]> {
-            let swing = time_s.iter().map(|t| of(5.0 * t));
+            let swing = time_s.iter().map(|t| 0.02 * of(from + rate * t));
             swing
                 .map(|value| [value, 0.0, 0.0, 0.0, 0.0, 0.0])
                 .collect()
         };
-        let place = along(&|phase| 0.02 * phase.sin()).into_iter();
-        let pose = place.map(|[x, ..]| Pose::translation(x, 0.0, 0.0));
-        let velocity = along(&|phase| 0.1 * phase.cos());
-        let acceleration = along(&|phase| -0.5 * phase.sin());
+        let place = along(&f64::sin).into_iter();
+        let pose: Vec<Pose<f64>> = place
+            .map(|[x, ..]| Pose::translation(x, 0.0, 0.0))
+            .collect();
+        let velocity = along(&|phase| rate * phase.cos());
+        let acceleration = along(&|phase| -rate * rate * phase.sin());
         let motion = velocity.iter().zip(&acceleration).map(|(v, a)| Motion {
             velocity: Twist::of(v),
             acceleration: Twist::of(a),
         });
-        let (pose, motion) = (pose.collect(), motion.collect());
-        let scene = Scene::new(&model, CYCLE_S, time_s.clone(), pose, motion);
+        let began = Beginning {
+            time_s: 0.0,
+            pose: pose_components(&pose[0]),
+            whole_turns: 0,
+        };
         let rows = time_s.len();
-        let log = PreparedLog {
+        let scene = Scene::new(&model, CYCLE_S, time_s, pose, motion.collect());
+        let scene = scene.of_log(false, 0, &began);
+        PreparedLog {
             residual: Column::on_axis(0, std::iter::repeat_n(40.0 * model.tolerance.bias[0], rows)),
             fresh: vec![true; rows],
             noise_model: std::array::from_fn(|_| AutoregressiveNoise::white(0.5)),
@@ -337,14 +378,37 @@ mod tests {
             half_step: [0.0; 6],
             has_own_origin: false,
             scene,
+        }
+    }
+
+    fn joint<const N: usize>(phases: [[f64; 2]; N]) -> Joint {
+        Joint::new(phases.map(swinging).into(), 1, &Arc::new(Memo::default()))
+    }
+
+    /// Strokes from one end to the other: a spring that rests at the first position would pull another way in each direction.
+    #[test]
+    fn a_spring_rests_where_logs_begin_unless_these_are_opposite_ends() {
+        let rests_at_start = |phases| {
+            let joint = joint(phases);
+            let springs = wanted(&joint, &|id| id != "cable_stiffness");
+            let place = |effect: &LoadEffect| {
+                let mut shapes = effect.shapes.iter();
+                shapes.position(|shape| shape.name == ABOUT_START.name)
+            };
+            springs
+                .into_iter()
+                .any(|(effect, shapes)| place(effect).is_some_and(|k| shapes[k] == 1.0))
         };
-        Joint::new(vec![log], 1, &Arc::new(Memo::default()))
+        let (back, forth) = ([-FRAC_PI_2, FRAC_PI_2], [FRAC_PI_2, 3.0 * FRAC_PI_2]);
+        assert!(rests_at_start([back, back]));
+        assert!(rests_at_start([back, [-0.5, 6.0]]));
+        assert!(!rests_at_start([back, forth]));
     }
 
     /// A library that is made after a tolerance was taken away, and one that was made before, are the same.
     #[test]
     fn products_are_those_of_the_tolerances_that_were_open() {
-        let mut joint = off_zero();
+        let mut joint = joint([[0.0, 16.0]]);
         let before = Library::new(&joint, &|_| false);
         assert!(joint.freeze_strained(None));
         let (before, after) = (before.anew(&joint), Library::new(&joint, &|_| false));
