@@ -52,9 +52,15 @@ pub(super) fn check(recording: &Recording, context: &Context<'_>, warnings: &mut
         if !recording.cycles.iter().all(parallel) {
             continue;
         }
-        if let Some(fitted) = fit(&signals, axis) {
-            let hint =
-                wrong_sign(&fitted, axis).or_else(|| wrong_size(&fitted, axis, context.model));
+        let Some(rows) = rows(&signals, axis) else {
+            continue;
+        };
+        // What runs into a stop is braked by more than was measured: it has to show away from the ends, too.
+        let away_from_ends = || fit(&inner(&rows));
+        if let Some(fitted) = fit(&rows) {
+            let sign = wrong_sign(&fitted, axis)
+                .filter(|_| away_from_ends().is_some_and(|f| wrong_sign(&f, axis).is_some()));
+            let hint = sign.or_else(|| wrong_size(&fitted, axis, context.model));
             warnings.extend(hint.map(|hint| format!("{}: {hint}", context.name)));
         }
     }
@@ -173,13 +179,23 @@ impl Standard {
     }
 }
 
+/// Rows that are not at an end of the travel.
+fn inner(rows: &[Row]) -> Vec<Row> {
+    /// Share of the travel at either end.
+    const END: f64 = 0.1;
+    let range = |(low, high): (f64, f64), (t, _): &Row| (low.min(t[0]), high.max(t[0]));
+    let (low, high) = rows.iter().fold((f64::INFINITY, f64::NEG_INFINITY), range);
+    let away = END * (high - low);
+    let is_inner = |(t, _): &&Row| t[0] > low + away && t[0] < high - away;
+    rows.iter().filter(is_inner).copied().collect()
+}
+
 /// Least squares along one axis; None where terms are missing or cannot be told apart.
-fn fit(signals: &Signals<'_>, axis: Axis) -> Option<Fitted> {
-    let rows = rows(signals, axis)?;
-    let standard = Standard::new(&rows)?;
+fn fit(rows: &[Row]) -> Option<Fitted> {
+    let standard = Standard::new(rows)?;
     let count = rows.len() as f64;
     let (mut matrix, mut right) = (Matrix5::zeros(), Vector5::zeros());
-    for (t, force) in &rows {
+    for (t, force) in rows {
         let t = standard.of(t);
         matrix += t * t.transpose();
         right += t * *force;
