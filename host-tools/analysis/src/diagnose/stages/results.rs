@@ -58,8 +58,7 @@ impl StageResults {
         let terms = actuator.as_ref().map_or(&[][..], |a| a.search.terms());
         let of_log = |log| clock::scatter(&cost, log, terms);
         let scatter = cost.logs.iter().map(of_log).collect();
-        let sigma = sheet_sigma(model);
-        let mut sampling = logs.map(|log| Sampling::of(log, &sigma));
+        let mut sampling = logs.map(|log| Sampling::of(log, model));
         let plain = timed.without_offset();
         let moved = match &timed.aligned {
             // The actuator as it really moves the tool, not as late poses show it.

@@ -1,7 +1,10 @@
 //! What the sensor does to its samples: rounding them, and repeating the last one.
 
+use super::sheet_sigma;
+use softdock_physics::model::Model;
 use softdock_physics::model::log::Log;
 use softdock_statistics::median;
+use std::collections::BTreeMap;
 
 /// Rounding below this share of the noise cannot be seen in the error, and is what any sensor does.
 const VISIBLE: f64 = 0.35;
@@ -26,8 +29,9 @@ pub(crate) struct Sampling {
 }
 
 impl Sampling {
-    /// Looks at a log; `sigma` is the noise of the six readings.
-    pub(crate) fn of(log: &Log, sigma: &[f64; 6]) -> Self {
+    /// Looks at a log.
+    pub(crate) fn of(log: &Log, model: &Model) -> Self {
+        let sigma = sheet_sigma(model);
         let steps: [Option<f64>; 6] = std::array::from_fn(|axis| {
             let step = lattice(&log.wrench[axis])?;
             Some(if step > VISIBLE * sigma[axis] {
@@ -37,16 +41,20 @@ impl Sampling {
             })
         });
         let lsb = [common(&steps[..3]), common(&steps[3..])];
-        let repeats = |axis: usize, n: usize| log.wrench[axis][n] == log.wrench[axis][n - 1];
         let count = log.cycle_count().saturating_sub(1).max(1) as f64;
-        let all_six = |n: &usize| (0..6).all(|axis| repeats(axis, *n));
-        let held: Vec<usize> = (1..log.cycle_count()).filter(all_six).collect();
-        // Readings on a coarse lattice repeat by chance.
-        let by_chance: f64 = (0..6)
-            .map(|axis| (1..log.cycle_count()).filter(|n| repeats(axis, *n)).count() as f64 / count)
+        let repeats = |n: &usize| log.wrench.iter().all(|axis| axis[*n] == axis[*n - 1]);
+        let held: Vec<usize> = (1..log.cycle_count()).filter(repeats).collect();
+        let by_chance: f64 = log
+            .wrench
+            .iter()
+            .map(|axis| repeated_by_chance(axis))
             .product();
         let share = held.len() as f64 / count;
-        let is_held = share > REPEATED && share > 5.0 * by_chance;
+        // A command acts until the next one.
+        let is_held = !model.sensor.wrench.drives()
+            && share > REPEATED
+            && share > 5.0 * by_chance
+            && moves_between(log, &held);
         let mut fresh = log.fresh.clone();
         if is_held {
             held.iter().for_each(|n| fresh[*n] = false);
@@ -85,6 +93,36 @@ impl Sampling {
     pub(crate) fn is_rounded(&self) -> bool {
         self.lsb.iter().any(|step| *step > 0.0)
     }
+}
+
+/// Share of readings of an axis that repeat the one before by chance: as many as differ by one step either way, if most that
+/// differ do by more. Else the axis stands on coarse steps, or changes slowly, and whatever repeats does so by chance.
+fn repeated_by_chance(values: &[f64]) -> f64 {
+    /// Share of the largest change that is none.
+    const ROUND_OFF: f64 = 1e-9;
+    let changes: Vec<f64> = values.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
+    let largest = changes.iter().copied().fold(0.0, f64::max);
+    let smallest = changes.iter().copied().filter(|c| *c > ROUND_OFF * largest);
+    let smallest = smallest.fold(f64::INFINITY, f64::min);
+    let share = |is_it: &dyn Fn(f64) -> bool| {
+        let those = changes.iter().filter(|c| is_it(**c));
+        those.count() as f64 / changes.len().max(1) as f64
+    };
+    let repeats = share(&|c| c == 0.0);
+    let one_step = share(&|c| c > 0.0 && c < 1.5 * smallest);
+    let is_fine = 1.0 - repeats - one_step > one_step;
+    if is_fine { 0.5 * one_step } else { repeats }
+}
+
+/// Whether most readings that repeat are others than the one that does most often: what rests at a limit, or reads nothing, was not
+/// held.
+fn moves_between(log: &Log, held: &[usize]) -> bool {
+    let mut counts: BTreeMap<[u64; 6], usize> = BTreeMap::new();
+    for n in held {
+        let reading = log.wrench.each_ref().map(|axis| axis[*n].to_bits());
+        *counts.entry(reading).or_default() += 1;
+    }
+    2 * counts.values().copied().max().unwrap_or(0) < held.len()
 }
 
 /// Variance of a share of samples times their number, p (1 − p) (1 + ρ)/(1 − ρ): samples that are held come in runs, and ρ
@@ -180,6 +218,20 @@ mod tests {
             .collect();
         let found = lattice(&values).unwrap();
         assert!((found / step - 1.0).abs() < 1e-3, "{found}");
+    }
+
+    /// Readings of one axis, updated in every tenth cycle or in each, in fine and in coarse steps.
+    #[test]
+    fn what_a_slow_sensor_repeats_is_no_chance() {
+        let by_chance = |every: usize, step: f64| {
+            let values = (0..2500).map(|n| (smooth(n - n % every) / step).round() * step);
+            repeated_by_chance(&values.collect::<Vec<_>>())
+        };
+        for step in [1e-4, 0.1] {
+            assert!(by_chance(10, step) < 0.05, "{}", by_chance(10, step));
+            assert!(by_chance(1, step) < 0.05, "{}", by_chance(1, step));
+        }
+        assert!(by_chance(1, 10.0) > 0.5, "{}", by_chance(1, 10.0));
     }
 
     #[test]
