@@ -3,7 +3,8 @@
 use super::tables::table;
 use softdock_io::recording::Recording;
 use softdock_physics::model::{Axis, Model};
-use softdock_tests::process::{done, scratch, softdock, words};
+use softdock_statistics::RandomStream;
+use softdock_tests::process::{done, json, scratch, softdock, words};
 use std::f64::consts::PI;
 use std::fs;
 
@@ -174,4 +175,32 @@ fn several_logs_of_a_machine_need_one_mapping() {
         "{}",
         torn.stderr
     );
+}
+
+/// A carriage that follows its command, and whose position has white noise, behind a low-pass far below the sampling rate.
+#[test]
+fn a_velocity_of_filtered_positions_has_the_noise_that_the_filter_leaves() {
+    let folder = scratch("mapping_filtered");
+    let mut random = RandomStream::new(1, 0);
+    let mut position = 0.0;
+    let rows = (0..4000).map(|n| {
+        let t = 0.01 * f64::from(n);
+        let (sent, at) = (0.1 * (3.0 * t).sin(), position);
+        position += 0.01 * sent;
+        format!("{t:.2},{sent:.7},{:.7}", at + 2e-4 * random.normal())
+    });
+    let log = ["t,u,p".to_owned()].into_iter().chain(rows);
+    let log = log.collect::<Vec<_>>().join("\n");
+    let mapping = "[time]\ncolumn = \"t\"\n[position]\nx = \"p\"\n[sent_velocity]\nx = \"u\"\n[executed_velocity]\nderive = true\n\
+                   [filter]\ncutoff_hz = 5.0\norder = 4\n";
+    fs::write(folder.join("log.csv"), log).unwrap();
+    fs::write(folder.join("mapping.toml"), mapping).unwrap();
+    done(
+        &folder,
+        &words("import log.csv --mapping mapping.toml -o out"),
+    );
+    let compared = json(&folder, &["compare", "out/model.toml", "out/train.mcap"]);
+    let of_velocity = &compared["channels"][0];
+    let level = of_velocity["rms_sigma"].as_f64().unwrap();
+    assert!((0.8..1.3).contains(&level), "{of_velocity}");
 }

@@ -70,7 +70,7 @@ pub(super) fn simulate(
     if !driven || signals.is_commanded() {
         return None;
     }
-    let log = Log::of(signals, &model.noise).ok()?;
+    let log = Log::of(signals, model).ok()?;
     if log.cycle_count() < 2 * FIRST {
         return None;
     }

@@ -156,7 +156,7 @@ struct Speeds {
 
 impl Speeds {
     fn new(model: &Model, signals: &Signals<'_>) -> Self {
-        let sigma = signals.velocity_sigma(&model.noise);
+        let sigma = signals.velocity_sigma(model);
         let executed = |axis: usize| {
             let values = signals
                 .cycles

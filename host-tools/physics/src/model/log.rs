@@ -70,7 +70,7 @@ impl Log {
     ///
     /// Those of [`Signals::new`], and a recording without a whole stretch.
     pub fn new(model: &Model, recording: &Recording) -> anyhow::Result<Self> {
-        Self::of(&Signals::new(recording)?, &model.noise)
+        Self::of(&Signals::new(recording)?, model)
     }
 
     /// From signals that have been read already.
@@ -78,7 +78,7 @@ impl Log {
     /// # Errors
     ///
     /// A recording without a whole stretch.
-    pub fn of(signals: &Signals<'_>, noise: &NoiseModel) -> anyhow::Result<Self> {
+    pub fn of(signals: &Signals<'_>, model: &Model) -> anyhow::Result<Self> {
         let range = longest_stretch(signals);
         ensure!(
             range.len() >= 2,
@@ -114,7 +114,7 @@ impl Log {
                 .clone()
                 .map(|n| signals.sampled_in(n) == Some(n))
                 .collect(),
-            velocity_sigma: signals.velocity_sigma(noise),
+            velocity_sigma: signals.velocity_sigma(model),
             first: range.start,
             of_a_rig: signals.is_of_a_rig(),
             whole_turns: signals.whole_turns_at(range.start),

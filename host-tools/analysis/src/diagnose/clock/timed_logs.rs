@@ -46,9 +46,7 @@ impl TimedLogs {
         let signals = recordings
             .map(|recording| Signals::new(recording))
             .whole()?;
-        let logs = signals
-            .map(|signals| Log::of(signals, &model.noise))
-            .whole()?;
+        let logs = signals.map(|signals| Log::of(signals, model)).whole()?;
         let clock = believed.unwrap_or_else(|| clock_stage(model, &logs, question));
         if logs.all[0].reading == Reading::AtEnd {
             return Ok(Self {
@@ -99,7 +97,7 @@ fn aligned(
 ) -> anyhow::Result<Option<Logs<Log>>> {
     let one = |(signals, durations): (&Signals<'_>, &Vec<f64>)| {
         let cycles = retimed(model, signals, durations)?;
-        Some(Log::of(&signals.with(&cycles), &model.noise))
+        Some(Log::of(&signals.with(&cycles), model))
     };
     let all = signals.all.iter().zip(&durations.all).map(one);
     let all: Option<Vec<anyhow::Result<Log>>> = all.collect();

@@ -25,7 +25,7 @@ pub fn predict(model: &Model, signals: &Signals<'_>, intervals_s: &[f64]) -> Cha
             .map(|c| c.trace.executed_velocity)
             .collect(),
         predicted: velocities(model, signals, intervals_s, reading),
-        sigma: signals.velocity_sigma(&model.noise),
+        sigma: signals.velocity_sigma(model),
         expected_sigma: Vec::new(),
     }
 }
@@ -102,7 +102,7 @@ fn begins_in_motion(model: &Model, signals: &Signals<'_>, start: usize) -> bool 
     if cut && first.sent_velocity.iter().any(|v| *v != 0.0) {
         return true;
     }
-    let sigma = signals.velocity_sigma(&model.noise);
+    let sigma = signals.velocity_sigma(model);
     // A difference of poses is known from the second cycle on.
     let velocity = signals
         .executed(start)

@@ -224,7 +224,7 @@ fn jittering(model: &Model, signals: &Signals<'_>) -> Vec<f64> {
     let Some(jitter) = jitter.and_then(|e| Scatter::of(&e.parameters)) else {
         return Vec::new();
     };
-    let Ok(log) = Log::of(signals, &model.noise) else {
+    let Ok(log) = Log::of(signals, model) else {
         return Vec::new();
     };
     let mut all = vec![signals.cycle_s; signals.len()];

@@ -109,12 +109,13 @@ fn coordinates(first: &Pose<f64>, pose: &Pose<f64>) -> Six {
 /// The increment inherits the noise of two velocities, which is small beside that of two poses.
 fn expected_sigma(model: &Model, signals: &Signals<'_>) -> Vec<Six> {
     let noise = &model.noise;
-    let velocity = signals.velocity_sigma(noise);
-    let pose = six(noise.position_m, noise.angle_rad);
+    let velocity = signals.velocity_sigma(model);
+    let steps = signals.noise_of_steps(model);
+    let pose = six(steps * noise.position_m, steps * noise.angle_rad);
     let share = signals.cycle_s * signals.cycle_s * 0.5;
     let mut sigma = [0.0; 6];
     for i in 0..6 {
-        sigma[i] = (2.0 * pose[i] * pose[i] + share * velocity[i] * velocity[i]).sqrt();
+        sigma[i] = (pose[i] * pose[i] + share * velocity[i] * velocity[i]).sqrt();
     }
     vec![sigma; signals.len()]
 }

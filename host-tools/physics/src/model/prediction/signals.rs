@@ -5,9 +5,9 @@ use super::differences::{
     velocity_of_means,
 };
 use super::robot_axes::{RobotAxes, Turned};
+use crate::model::Model;
 use crate::model::load::{angle_about, angles, pose_of, turned_since_first};
 use crate::model::prediction::{Six, six};
-use crate::model::{Model, NoiseModel};
 use anyhow::{bail, ensure};
 use nalgebra::{Vector3, Vector6};
 use softdock_app::record::CycleRecord;
@@ -16,7 +16,7 @@ use softdock_control::io::Sequence;
 use softdock_control::settings::Settings;
 use softdock_control::wrench::Motion;
 use softdock_io::recording::{Beginning, Recording};
-use softdock_statistics::sample_time;
+use softdock_statistics::{LowPassed, sample_time};
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
@@ -304,15 +304,29 @@ impl<'a> Signals<'a> {
 
     /// Noise of the recorded velocity, one standard deviation.
     ///
-    /// A difference of two poses has √2 times the pose's noise per cycle.
-    pub fn velocity_sigma(&self, noise: &NoiseModel) -> Six {
+    /// A difference of two poses has √2 times the pose's noise per cycle if that is white, and less if a filter has left little of it
+    /// from one cycle to the next.
+    pub fn velocity_sigma(&self, model: &Model) -> Six {
+        let noise = &model.noise;
         match self.velocity {
             VelocityMeaning::Sampled => six(noise.velocity_m_s, noise.rate_rad_s),
             VelocityMeaning::CycleMean => {
-                let per_cycle = std::f64::consts::SQRT_2 / self.cycle_s;
+                let per_cycle = self.noise_of_steps(model) / self.cycle_s;
                 six(noise.position_m * per_cycle, noise.angle_rad * per_cycle)
             }
         }
+    }
+
+    /// Noise of the step from one sample to the next where that of a sample is 1.
+    pub(super) fn noise_of_steps(&self, model: &Model) -> f64 {
+        noise_of(&[-1.0, 1.0], self.filter(model))
+    }
+
+    fn filter(&self, model: &Model) -> Option<LowPassed> {
+        model
+            .sensor
+            .filter
+            .map(|filter| filter.on_samples(self.cycle_s))
     }
 
     /// Noise of [`Self::velocity_at_pose`] and [`Self::acceleration_at_pose`], far from gaps: white, or what the filter
@@ -321,24 +335,23 @@ impl<'a> Signals<'a> {
     /// Where a velocity is sent: sampled σ and √2 σ / Ts; of poses (p(n+1) − p(n−1)) / 2 Ts and their
     /// second difference with √6 σ / Ts².
     pub fn motion_sigma(&self, model: &Model) -> (Six, Six) {
-        /// Noise of a mean velocity over its pose's, times Ts.
-        const OF_POSE: f64 = std::f64::consts::SQRT_2;
-        let filter = model.sensor.filter;
-        let filter = filter.map(|filter| filter.on_samples(self.cycle_s));
+        let filter = self.filter(model);
         let of = |taps: &[f64]| noise_of(taps, filter);
+        // Of a mean velocity over its pose's, times Ts.
+        let of_pose = self.noise_of_steps(model);
         let (velocity, acceleration) = match (self.velocity, self.commanded) {
             (VelocityMeaning::Sampled, false) => (1.0, of(&taps_of_first())),
             (VelocityMeaning::Sampled, true) => (1.0, of(&[-1.0, 1.0])),
             (VelocityMeaning::CycleMean, false) => (
-                of(&taps_of_first()) / OF_POSE,
-                of(&taps_of_second()) / OF_POSE,
+                of(&taps_of_first()) / of_pose,
+                of(&taps_of_second()) / of_pose,
             ),
             (VelocityMeaning::CycleMean, true) => (
-                of(&[-0.5, 0.0, 0.5]) / OF_POSE,
-                of(&[1.0, -2.0, 1.0]) / OF_POSE,
+                of(&[-0.5, 0.0, 0.5]) / of_pose,
+                of(&[1.0, -2.0, 1.0]) / of_pose,
             ),
         };
-        let recorded = self.velocity_sigma(&model.noise);
+        let recorded = self.velocity_sigma(model);
         (
             recorded.map(|s| s * velocity),
             recorded.map(|s| s * acceleration / self.cycle_s),
