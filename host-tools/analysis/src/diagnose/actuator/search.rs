@@ -74,6 +74,12 @@ fn searched(cost: &Cost<'_>, ask: &Ask<'_>) -> Search {
         ask.watch.tell(|| best.trial(&nominal));
     }
     let mut accepted = pruned(best, &nominal, cost);
+    while let Some(rest) = accepted
+        .as_ref()
+        .and_then(|c| without_misleading(c, &nominal, cost, ask))
+    {
+        accepted = pruned(rest, &nominal, cost);
+    }
     if ask.forced && accepted.is_none() {
         accepted = singles.first().cloned();
     }
@@ -197,6 +203,21 @@ fn pruned(found: Candidate, nominal: &Candidate, cost: &Cost<'_>) -> Option<Cand
         now = without(&now, id, nominal, cost);
     }
     None
+}
+
+/// The same without an effect with which more is left of the unseen logs than noise makes, if there is one and the logs do not disagree.
+fn without_misleading(
+    candidate: &Candidate,
+    nominal: &Candidate,
+    cost: &Cost<'_>,
+    ask: &Ask<'_>,
+) -> Option<Candidate> {
+    let unseen = |c: &Candidate| c.each.iter().skip(ask.fitted).sum::<f64>();
+    let rest = candidate.ids().into_iter();
+    let mut rest = rest.map(|id| without(candidate, id, nominal, cost));
+    let better = rest.find(|rest| unseen(rest) + TOLD_APART < unseen(candidate))?;
+    let disagree = apart_if_they_disagree(candidate, nominal, cost).is_some();
+    (!disagree).then_some(better)
 }
 
 /// The terms with the parameters of each log alone, if the logs disagree about them.
