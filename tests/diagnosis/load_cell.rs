@@ -68,7 +68,7 @@ fn a_reading_is_late_by_ten_cycles_at_the_most() {
     let late = found.parameters["ft_latency"]["latency_s"].value;
     assert!((late - 0.13).abs() < 0.005, "{late} s");
     let found = diagnosed("later_load_cell", 0.26);
-    let ends = |note: &&String| note.contains("reaches the end of what the search tries, 0.200 s");
+    let ends = |note: &&String| note.contains("the end of what the search tries, 0.200 s");
     let note = found.notes.iter().find(ends);
     assert!(note.is_some(), "{}: {:?}", found.sentence, found.notes);
 }

@@ -201,8 +201,12 @@ impl Named {
             };
             end.filter(|_| is_shape).map(|end| {
                 let end = number::significant(end, 3);
+                let stands = match value > END.recip() * most {
+                    true => "is beyond",
+                    false => "reaches",
+                };
                 format!(
-                    "{name} reaches the end of what the search tries, {end} {}",
+                    "{name} {stands} the end of what the search tries, {end} {}",
                     estimate.unit
                 )
             })

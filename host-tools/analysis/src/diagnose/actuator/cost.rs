@@ -2,6 +2,7 @@
 
 use super::tried::Scale;
 use crate::diagnose::evidence::strained;
+use crate::diagnose::noise::autoregressive::LEAST;
 use nalgebra::{SMatrix, SVector};
 use softdock_actuator::{Chain, Reading, Timing, simulate};
 use softdock_physics::model::log::Log;
@@ -124,7 +125,7 @@ impl<'a> LogCost<'a> {
         };
         let sheet = self.sheet_sigma[axis];
         let floor = noise_floor(&residual, noise, None);
-        floor.map_or(sheet, |f| f.clamp(0.3 * sheet, 3.0 * sheet))
+        floor.map_or(sheet, |f| f.clamp(LEAST * sheet, 3.0 * sheet))
     }
 
     /// Change of the velocity by a tolerance of delay or lag, in σ; none where a value is exact.
@@ -500,7 +501,8 @@ impl<'a> Cost<'a> {
             let moving = (0..6).filter(|a| axes[*a] && self.active[*a]);
             moving.map(|axis| (&log.log.sent[axis][..], &log.undisturbed[axis][..]))
         });
-        Scale::of(series, self.cycle_s())
+        let rotates = (3..6).any(|axis| axes[axis]);
+        Scale::of(series, self.cycle_s(), rotates)
     }
 }
 

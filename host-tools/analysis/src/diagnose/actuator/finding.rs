@@ -2,7 +2,7 @@
 
 use super::candidate::{Candidate, Search};
 use super::cost::{Cost, LogCost, Term};
-use super::intervals::intervals;
+use super::intervals::{at_their_ends, intervals};
 use super::search::{Ask, search};
 use crate::diagnose::logs::Logs;
 use crate::diagnose::noise::structure::Structure;
@@ -26,6 +26,8 @@ pub(crate) struct ActuatorFinding {
     pub count: usize,
     /// Ends of the 95 % interval of each parameter of each term.
     pub intervals: Vec<Vec<[f64; 2]>>,
+    /// Parameters that stand where their search ends, in words.
+    pub at_their_ends: Vec<String>,
     /// Ids of effects about which the logs disagree.
     pub disagreeing: Vec<&'static str>,
 }
@@ -73,6 +75,7 @@ pub(crate) fn actuator_stage(
         white,
         count: cost.count(),
         intervals: intervals(&found, &fitted),
+        at_their_ends: at_their_ends(found.terms(), &fitted),
         strongest: found.strongest(cost),
         search: found,
     })

@@ -7,10 +7,11 @@
 use super::candidate::Search;
 use super::cost::{Cost, Term};
 use super::refine::refined;
-use super::tried::plateau_step;
+use super::tried::{at_an_end, plateau_step, specs};
 use nalgebra::DMatrix;
 use softdock_physics::model::stage::Stage;
 use softdock_physics::optimise::brent;
+use softdock_report::number;
 use softdock_statistics::DEVIATIONS_95;
 
 /// 2 Δ log L at the ends of a 95 % interval of one parameter (χ² with one degree of freedom).
@@ -116,7 +117,44 @@ fn of_terms(terms: &[Term], train: &Cost<'_>) -> Vec<Vec<[f64; 2]>> {
     for (interval, value) in all.iter_mut().flatten().zip(fitted) {
         *interval = [interval[0].min(*value), interval[1].max(*value)];
     }
+    for (term, intervals) in terms.iter().zip(&mut all) {
+        let specs = specs(term.stage, &train.scale(&term.axes));
+        for ((spec, value), interval) in specs.iter().zip(&term.values).zip(intervals) {
+            // Where a search ends a curvature says nothing of what lies beyond.
+            let [low, high] = at_an_end(term.stage, spec, *value);
+            interval[0] = if low { f64::NEG_INFINITY } else { interval[0] };
+            interval[1] = if high { f64::INFINITY } else { interval[1] };
+        }
+    }
     all
+}
+
+/// Parameters that stand where their search ends, in words.
+pub(super) fn at_their_ends(terms: &[Term], train: &Cost<'_>) -> Vec<String> {
+    let of_term = |term: &Term| {
+        let specs = specs(term.stage, &train.scale(&term.axes));
+        let names = term.stage.parameters((3..6).any(|axis| term.axes[axis]));
+        let each = specs.into_iter().zip(term.values.clone()).zip(names);
+        let stage = term.stage;
+        each.filter_map(move |((spec, value), (name, unit))| {
+            let end = match at_an_end(stage, &spec, value) {
+                [true, _] => spec.low,
+                [_, true] => spec.high,
+                _ => return None,
+            };
+            let unit = match *unit {
+                "-" => String::new(),
+                unit => format!(" {unit}"),
+            };
+            Some(format!(
+                "Of `{}` {name} reaches the end of what the search tries, {}{unit}: the true one may lie beyond.",
+                stage.id(),
+                number::significant(end, 3)
+            ))
+        })
+        .collect::<Vec<_>>()
+    };
+    terms.iter().flat_map(of_term).collect()
 }
 
 fn around_best(terms: &[Term], train: &Cost<'_>) -> Vec<Vec<[f64; 2]>> {

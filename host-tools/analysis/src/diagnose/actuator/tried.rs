@@ -1,5 +1,6 @@
 //! What a search tries for the parameters of a stage.
 
+use softdock_physics::effects::actuator::backlash;
 use softdock_physics::model::stage::Stage;
 
 /// A parameter of a hypothesis.
@@ -92,7 +93,12 @@ pub(crate) fn specs(stage: Stage, scale: &Scale) -> Vec<Spec> {
             by_ratio: false,
             ..spec("gain_error", "-", -0.3, 0.3, 7)
         }],
-        Stage::Backlash => vec![spec("width_m", "m", 1e-6, 2e-3, 20)],
+        Stage::Backlash => {
+            let known = backlash::EFFECT.parameters.first();
+            let [_, widest] = known.map_or([0.0; 2], |width| width.range(scale.rotates));
+            let grid = if scale.rotates { 30 } else { 20 };
+            vec![spec("width_m", "m", 1e-6, widest, grid)]
+        }
         Stage::CommandStep => vec![spec(
             "step_m_s",
             "m/s",
@@ -101,6 +107,22 @@ pub(crate) fn specs(stage: Stage, scale: &Scale) -> Vec<Spec> {
             8,
         )],
     }
+}
+
+/// At which end of its range a value stands, lower or upper, if it does: the true one may lie beyond. The steps of a command are looked for
+/// elsewhere.
+pub(super) fn at_an_end(stage: Stage, spec: &Spec, value: f64) -> [bool; 2] {
+    /// Part of the range of a search that is its end.
+    const END: f64 = 0.01;
+    let reach = match spec.by_ratio {
+        true => [END * spec.low, END * spec.high],
+        false => [END * (spec.high - spec.low); 2],
+    };
+    let is_sought = stage != Stage::CommandStep;
+    [
+        is_sought && value <= spec.low + reach[0],
+        is_sought && value >= spec.high - reach[1],
+    ]
 }
 
 /// Values apart from each other at which plateaus of a cost are looked for that is piecewise constant: the cycles that a
@@ -134,6 +156,8 @@ pub(crate) struct Scale {
     pub sent_jerk: f64,
     /// Half of the cycle rate, Hz.
     pub nyquist_hz: f64,
+    /// The axes are rotations.
+    pub rotates: bool,
     /// By how much slower than the slowest drive of a docking rig the drive of this log may be, 1 or more: who logs at a lower rate
     /// has a slower machine.
     pub slower: f64,
@@ -149,8 +173,10 @@ impl Scale {
     pub(crate) fn of<'s>(
         series: impl Iterator<Item = (&'s [f64], &'s [f64])>,
         cycle_s: f64,
+        rotates: bool,
     ) -> Self {
         let mut scale = Self {
+            rotates,
             velocity: 0.0,
             acceleration: 0.0,
             jerk: 0.0,
@@ -191,9 +217,30 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_value_at_the_end_of_its_search_is_none() {
+        let [delay] = specs(Stage::Delay, &Scale::of(std::iter::empty(), 0.004, false))[..] else {
+            panic!("one parameter");
+        };
+        let at = |value: f64| at_an_end(Stage::Delay, &delay, value);
+        assert_eq!(at(0.12), [false, true]);
+        assert_eq!(at(0.118), [false, false]);
+        assert_eq!(at(2e-5), [true, false]);
+    }
+
+    /// A gear has more play in radians than a guide in metres.
+    #[test]
+    fn play_is_looked_for_as_far_as_the_catalogue_goes() {
+        let widest = |rotates| {
+            let scale = Scale::of(std::iter::empty(), 0.004, rotates);
+            specs(Stage::Backlash, &scale)[0].high
+        };
+        assert_eq!([false, true].map(widest), [0.002, 0.1]);
+    }
+
+    #[test]
     fn a_slow_log_is_asked_for_slow_drives() {
         let latest = |cycle_s: f64| {
-            let scale = Scale::of(std::iter::empty(), cycle_s);
+            let scale = Scale::of(std::iter::empty(), cycle_s, false);
             [Stage::Delay, Stage::Lag].map(|stage| specs(stage, &scale)[0].high)
         };
         // A docking rig, one that is faster, and a vehicle of 20 Hz.

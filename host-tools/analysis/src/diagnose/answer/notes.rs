@@ -9,6 +9,7 @@ use crate::diagnose::actuator::{Candidate, Search};
 use crate::diagnose::evidence::NAMED;
 use crate::diagnose::finding::{Equivalent, NoiseFloor, Verdict};
 use crate::diagnose::named::Named;
+use crate::diagnose::noise::autoregressive::LEAST;
 use crate::diagnose::noise::structure::SLOW_HZ;
 use crate::diagnose::prediction_error::error_reduction::ErrorReduction;
 use crate::diagnose::prediction_error::log_to_log::LogToLog;
@@ -228,6 +229,8 @@ impl Answer<'_> {
             notes.extend(
                 wrench.flat_map(|found| named().filter_map(|one| one.at_its_end(&found.prepared))),
             );
+            let actuator = self.stages.actuator.iter();
+            notes.extend(actuator.flat_map(|found| found.at_their_ends.clone()));
             notes.extend(self.cancelling());
         }
         notes
@@ -303,8 +306,10 @@ fn of_noise(floor: &NoiseFloor, stages: &Stages) -> Option<String> {
             true => "the noise that the log shows".to_owned(),
             false => format!("what is faster than {SLOW_HZ} Hz"),
         };
+        // The noise of a log is looked for down to a share of it.
+        let at_most = if ratio < 1.01 * LEAST { "at most " } else { "" };
         return Some(format!(
-            "{} {}: {noise} is {ratio:.2} times the noise of the model file, which is too large: errors in its units look small. Evidence and intervals take the noise from the log.",
+            "{} {}: {noise} is {at_most}{ratio:.2} times the noise of the model file, which is too large: errors in its units look small. Evidence and intervals take the noise from the log.",
             floor.channel, floor.axis
         ));
     }

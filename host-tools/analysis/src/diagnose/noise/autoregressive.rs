@@ -9,6 +9,8 @@ use softdock_statistics::{median, periodogram};
 
 /// Order of the model.
 pub(crate) const ORDER: usize = 4;
+/// Least noise of a log that is believed, over that of the model file: of what was rounded or filtered nothing else may be left.
+pub(crate) const LEAST: f64 = 0.3;
 /// Width of the band whose level stands for the slow part, Hz.
 const JUST_ABOVE_HZ: f64 = 6.0;
 /// Bins of the running median on either side.

@@ -5,6 +5,7 @@
 
 use softdock_actuator::Reading;
 use softdock_physics::model::log::Log;
+use softdock_report::number;
 use softdock_statistics::{median, periodogram};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -42,8 +43,10 @@ pub(crate) struct Line {
 /// What the tests find in one series.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Structure {
-    /// Power below 6 Hz over the median power.
+    /// Power below `slow_hz` over the median power.
     pub slow: f64,
+    /// 6 Hz, or half of the band if that is less.
+    pub slow_hz: f64,
     /// Strongest window over the median window, divided by the most that noise has: a burst above 1.
     pub burst: f64,
     /// First cycle of the strongest window, and its length.
@@ -98,6 +101,7 @@ impl Structure {
         let [line, narrow] = strongest_lines(cutoff_hz, white, cycle_s);
         Self {
             slow: slow / usual.max(1e-12),
+            slow_hz: SLOW_HZ.min(slow_bins as f64 * bin_hz),
             burst,
             burst_at,
             line,
@@ -145,7 +149,10 @@ impl Structure {
         } else if self.burst > 1.0 {
             (self.burst_at, "bursts".to_owned())
         } else if self.slow > SLOW {
-            (whole, format!("slow, below {SLOW_HZ:.0} Hz"))
+            (
+                whole,
+                format!("slow, below {} Hz", number::significant(self.slow_hz, 2)),
+            )
         } else if self.line.over_usual > LINE {
             (self.line.at, format!("a band near {:.1} Hz", self.line.hz))
         } else {

@@ -231,7 +231,7 @@ fn counted(log: &PreparedLog, white: &[f64], level: f64) -> Structure {
         .collect();
     let filter = log.scene.model.sensor.filter;
     let cutoff_hz = filter.map_or(f64::INFINITY, |filter| filter.cutoff_hz);
-    let mut found = Structure::below(cutoff_hz, &series, log.scene.cycle_s, level);
+    let mut found = Structure::below(cutoff_hz, &series, log.counted_cycle_s(), level);
     let place = |n: usize| places.get(n).copied().unwrap_or_default();
     let of_all = |(first, length): (usize, usize)| {
         let last = place(first + length.saturating_sub(1));

@@ -3,7 +3,7 @@
 use super::nuisance;
 use super::saturated;
 use super::stiction::without_stiction;
-use crate::diagnose::noise::autoregressive::{AutoregressiveNoise, ORDER};
+use crate::diagnose::noise::autoregressive::{AutoregressiveNoise, LEAST, ORDER};
 use crate::diagnose::wrench::sampling::Sampling;
 use softdock_physics::model::Model;
 use softdock_physics::model::load::{Column, Scene};
@@ -30,6 +30,12 @@ pub(crate) struct PreparedLog {
 }
 
 impl PreparedLog {
+    /// Mean time from one row that counts to the next, s: a sensor may be slower than the log.
+    pub(crate) fn counted_cycle_s(&self) -> f64 {
+        let counted = self.fresh.iter().filter(|fresh| **fresh).count();
+        self.scene.cycle_s * self.fresh.len() as f64 / counted.max(1) as f64
+    }
+
     /// Prepares a log.
     pub(crate) fn new(model: &Model, log: &Log, scene: Scene, sampling: &mut Sampling) -> Self {
         let measured = log.measured();
@@ -74,7 +80,7 @@ impl PreparedLog {
                 counted.retain(|value| value.is_finite());
             }
             let cycle_s = log.cycle_s * series.len() as f64 / counted.len().max(1) as f64;
-            let mut noise_model = AutoregressiveNoise::of(&counted, cycle_s, 0.3, cutoff_hz);
+            let mut noise_model = AutoregressiveNoise::of(&counted, cycle_s, LEAST, cutoff_hz);
             if apart {
                 noise_model = AutoregressiveNoise::white(noise_model.level);
             }

@@ -439,7 +439,7 @@ impl Regression {
                     .filter(|(_, fresh)| **fresh)
                     .map(|(r, _)| *r)
                     .collect();
-                let bins = (SLOW_HZ * log.scene.cycle_s * series.len() as f64) as usize;
+                let bins = (SLOW_HZ * log.counted_cycle_s() * series.len() as f64) as usize;
                 let power: Vec<f64> = periodogram(&series).into_iter().take(bins.max(1)).collect();
                 powers.push(power.iter().sum::<f64>() / power.len().max(1) as f64);
             }
