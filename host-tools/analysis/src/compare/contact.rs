@@ -36,6 +36,8 @@ pub struct Contacts {
     pub threshold_n: f64,
     /// Largest force, spikes of one cycle aside, N.
     pub peak_n: f64,
+    /// Whether there is a force that may be one.
+    pub looked_for: bool,
 }
 
 /// Finds the contacts of the closed loop (of the whole recording if the loop was never closed).
@@ -71,6 +73,7 @@ pub(super) fn find(model: &Model, signals: &Signals<'_>) -> Contacts {
         list,
         threshold_n,
         peak_n,
+        looked_for: !known.is_empty(),
     }
 }
 

@@ -30,7 +30,7 @@ pub(super) fn of_recording(
              no longer counts."
         ));
     }
-    if contacts.list.is_empty() {
+    if contacts.looked_for && contacts.list.is_empty() {
         let (threshold_n, peak_n) = (contacts.threshold_n, contacts.peak_n);
         notes.push(format!(
             "No contact was found: the force stays at or below {peak_n:.3} N, and a contact begins \
