@@ -15,8 +15,10 @@ const WORTH_ONE_MORE: f64 = 14.0;
 /// A column of a detail has to keep this share that what it is a detail of does not imitate: two
 /// levels of friction would take the place of the one that they are the difference of.
 const OWN: f64 = 0.05;
-/// Rivals of each kind that are kept.
-const KEPT: usize = 12;
+/// Pairs that are kept.
+const KEPT: usize = 96;
+/// Hypotheses of the same effects, in other shapes, that are kept.
+pub(crate) const ALIKE: usize = 2;
 
 /// One effect of a hypothesis: which variant, and which of its columns.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -251,12 +253,29 @@ pub(crate) fn pairs(library: &Library, price: f64) -> Vec<Hypothesis> {
         .into_par_iter()
         .flat_map_iter(|i| {
             let others = (i + 1..count).filter(|k| !is_redundant(effect(i), effect(*k)));
-            keep_best(others.filter_map(|k| pair(i, k)))
+            best_of_each(library, others.filter_map(|k| pair(i, k)))
         })
         .collect();
     best.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-    best.truncate(KEPT * 8);
+    // An effect with many shapes takes no place of other pairs.
+    let mut counts: BTreeMap<Vec<&str>, usize> = BTreeMap::new();
+    best.retain(|pair| {
+        let count = counts.entry(ids(library, pair)).or_default();
+        *count += 1;
+        *count <= ALIKE
+    });
+    best.truncate(KEPT);
     best
+}
+
+/// Ids of the effects of a hypothesis, sorted.
+pub(crate) fn ids(library: &Library, hypothesis: &Hypothesis) -> Vec<&'static str> {
+    let parts = hypothesis.parts.iter();
+    let mut ids: Vec<&str> = parts
+        .map(|part| library.variants[part.variant].effect.id)
+        .collect();
+    ids.sort_unstable();
+    ids
 }
 
 /// A part with another effect beside it: a separable one is grown there, and the first then again, as what it needs may be other than
@@ -270,15 +289,16 @@ fn grown_pair(library: &Library, one: &Part, other: usize) -> Option<Vec<Part>> 
     Some(vec![one, two])
 }
 
-/// The best hypotheses per pair of ids.
-fn keep_best(found: impl Iterator<Item = Hypothesis>) -> Vec<Hypothesis> {
-    let mut best: BTreeMap<Vec<usize>, Hypothesis> = BTreeMap::new();
-    for hypothesis in found {
-        let key: Vec<usize> = hypothesis.parts.iter().map(|p| p.variant).collect();
-        best.insert(key, hypothesis);
+/// The best hypothesis of each pair of effects.
+fn best_of_each(library: &Library, found: impl Iterator<Item = Hypothesis>) -> Vec<Hypothesis> {
+    let mut best: BTreeMap<Vec<&str>, Hypothesis> = BTreeMap::new();
+    for new in found {
+        let known = best
+            .entry(ids(library, &new))
+            .or_insert_with(|| new.clone());
+        if new.evidence > known.evidence {
+            *known = new;
+        }
     }
-    let mut all: Vec<Hypothesis> = best.into_values().collect();
-    all.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-    all.truncate(KEPT);
-    all
+    best.into_values().collect()
 }

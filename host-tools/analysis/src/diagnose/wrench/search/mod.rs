@@ -13,7 +13,7 @@ pub(crate) mod other_sign;
 
 use super::regression::fit::{fitted_to, tested};
 use super::regression::fitted::Fitted;
-use super::regression::hypothesis::{Hypothesis, Part, evaluate, pairs, with_one_more};
+use super::regression::hypothesis::{ALIKE, Hypothesis, Part, evaluate, ids, pairs, with_one_more};
 use super::regression::joint::Joint;
 use super::regression::problem::Problem;
 use super::regression::shaped::Care;
@@ -500,21 +500,15 @@ fn is_determined(fitted: &Tested) -> bool {
     parameters.all(|(value, sigma)| value.is_finite() && sigma.is_finite())
 }
 
-/// The best hypotheses, at most so many, and two shapes of the same effects.
+/// The best hypotheses, at most so many, and a few shapes of the same effects.
 fn distinct(library: &Library, hypotheses: &[Hypothesis], most: usize) -> Vec<Hypothesis> {
     let mut kept: Vec<(Vec<&str>, Hypothesis)> = Vec::new();
-    for hypothesis in hypotheses {
-        if hypothesis.solution.gain < NEGLIGIBLE_GAIN {
-            continue;
-        }
-        let mut ids: Vec<&str> = hypothesis
-            .parts
-            .iter()
-            .map(|p| library.variants[p.variant].effect.id)
-            .collect();
-        ids.sort_unstable();
-        let alike = kept.iter().filter(|k| k.0 == ids).count();
-        if alike < 2 {
+    let worth = hypotheses
+        .iter()
+        .filter(|h| h.solution.gain >= NEGLIGIBLE_GAIN);
+    for hypothesis in worth {
+        let ids = ids(library, hypothesis);
+        if kept.iter().filter(|k| k.0 == ids).count() < ALIKE {
             kept.push((ids, hypothesis.clone()));
         }
         if kept.len() >= most {
