@@ -2,7 +2,7 @@
 
 use super::ranking;
 use super::unaccounted::Unaccounted;
-use super::verdict::{NO_SPACECRAFT, lacking, of_a_rig};
+use super::verdict::{of_a_rig, untested};
 use crate::compare::TOLERATED_NOISE;
 use crate::compare::sentence::listed;
 use crate::diagnose::actuator::{Candidate, Search};
@@ -76,9 +76,7 @@ impl Answer<'_> {
     /// What the logs lack.
     fn of_logs(&self, in_sample: bool) -> Vec<String> {
         let Self { model, stages, .. } = self;
-        let lacking = lacking(stages).into_iter();
-        let lacking = lacking.filter(|lack| of_a_rig(stages) || *lack != NO_SPACECRAFT);
-        let mut notes: Vec<String> = lacking.map(str::to_owned).collect();
+        let mut notes: Vec<String> = untested(stages).map(str::to_owned).collect();
         if stages.logs.have_own_origins() {
             let turns = model.bearing().is_some();
             let by_position = CATALOGUE.iter().filter(|e| e.acts_by_position(turns));

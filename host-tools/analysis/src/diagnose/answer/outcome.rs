@@ -7,7 +7,7 @@ use super::ranking;
 use super::regions;
 use super::sentence;
 use super::unaccounted::Unaccounted;
-use super::verdict::{Judged, of_a_rig};
+use super::verdict::{Judged, of_a_rig, untested};
 use crate::diagnose::evidence;
 use crate::diagnose::finding::{Diagnosis, Equivalent, Nominal, Ranked, Region, RunnerUp, Verdict};
 use crate::diagnose::logs::Logs;
@@ -87,6 +87,11 @@ pub(crate) fn conclude(
         diagnosis.is_of_all_logs(why);
     }
     diagnosis.sentence = sentence::of(&diagnosis, &left, judged.untestable);
+    if judged.verdict == Verdict::NothingMissing {
+        // Of what was looked at.
+        let untested = untested(stages).flat_map(|lack| [" ", lack]);
+        diagnosis.sentence.extend(untested);
+    }
     Ok(Outcome {
         diagnosis,
         after,

@@ -144,11 +144,11 @@ fn disagreeing(stages: &Stages) -> Vec<String> {
 }
 
 /// Said of logs of a rig.
-pub(crate) const NO_SPACECRAFT: &str =
+const NO_SPACECRAFT: &str =
     "The model of the spacecraft is not tested: the logs hold no velocities of it.";
 
 /// Number of things that a log may lack.
-pub(crate) const TESTED: usize = 3;
+const TESTED: usize = 3;
 
 /// Whether the controller of a rig wrote any of the logs.
 pub(crate) fn of_a_rig(stages: &Stages) -> bool {
@@ -156,7 +156,7 @@ pub(crate) fn of_a_rig(stages: &Stages) -> bool {
 }
 
 /// What cannot be tested on these logs, and why.
-pub(crate) fn lacking(stages: &Stages) -> Vec<&'static str> {
+fn lacking(stages: &Stages) -> Vec<&'static str> {
     let mut all = Vec::new();
     if stages.actuator.is_none() && !is_driven(stages) {
         all.push("The actuator is not tested: the logs hold no commanded velocities.");
@@ -179,6 +179,13 @@ pub(crate) fn lacking(stages: &Stages) -> Vec<&'static str> {
         all.push(NO_SPACECRAFT);
     }
     all
+}
+
+/// The same, of what such logs may hold: velocities of spacecraft are those of a rig.
+pub(crate) fn untested(stages: &Stages) -> impl Iterator<Item = &'static str> {
+    let of_a_rig = of_a_rig(stages);
+    let all = lacking(stages).into_iter();
+    all.filter(move |lack| of_a_rig || *lack != NO_SPACECRAFT)
 }
 
 /// Whether the motion follows the wrench of the logs.
