@@ -139,6 +139,15 @@ impl<S: Scalar> Limits<S> {
         (sent, flags)
     }
 
+    /// Cycles in which a velocity comes to rest with less than the largest acceleration.
+    pub fn cycles_to_rest(&self, velocity: &Twist<S>) -> u32 {
+        let cycles = |v: &Vector3<S>, change: S| (size(v).get() / change.get()) as u32;
+        let linear = cycles(&velocity.linear, self.change[0]);
+        linear
+            .max(cycles(&velocity.angular, self.change[1]))
+            .saturating_add(1)
+    }
+
     /// Caps the speed towards an edge to `√(2 a d)` over the distance d that is left.
     fn brake_before_edge(
         &self,

@@ -248,12 +248,14 @@ impl<S: Scalar> Run<S> {
         self.send(plan, self.held * (share * authority), flags, trace)
     }
 
-    /// After the loop was opened: the last velocity fades out at constant deceleration. False at rest.
+    /// After the loop was opened: the last velocity fades out at constant deceleration, for longer than a stop is to
+    /// take where the limits allow no such deceleration. False at rest.
     pub(crate) fn fade_out(&mut self, plan: &Plan<S>, trace: &mut Trace) -> Result<bool, Fault> {
         let (step, left) = match self.fade {
             (_, 0) if self.last_sent == Twist::zero() => return Ok(false),
             (_, 0) => {
-                let cycles = plan.stop_cycles;
+                let least = plan.limits.cycles_to_rest(&self.last_sent);
+                let cycles = plan.stop_cycles.max(least);
                 (self.last_sent * S::of(1.0 / f64::from(cycles)), cycles)
             }
             fade => fade,
@@ -264,6 +266,8 @@ impl<S: Scalar> Run<S> {
         } else {
             self.last_sent - step
         };
+        // A sustained clamp would end the stop at once, in the jump that the fade is there to avoid.
+        self.clamped_cycles = 0;
         self.send(plan, command, LimitFlags::default(), trace)?;
         Ok(true)
     }

@@ -143,7 +143,8 @@ pub struct StartSettings: "start" {
     pub zero_cycles: u32 = 2 => 2.0..=1e4,
     /// Cycles in which the velocity then rises to the initial velocity.
     pub ramp_cycles: u32 = 25 => 1.0..=1e5,
-    /// Time in which a stop brings the velocity to zero, at constant deceleration, s.
+    /// Time in which a stop brings the velocity to zero, at constant deceleration, s; longer where that
+    /// would be more than `limits.acceleration_m_s2` or `limits.acceleration_rad_s2`.
     pub stop_time_s: f64 = 0.1,
 }
 }

@@ -200,6 +200,59 @@ fn the_commanded_pose_is_where_the_robot_began_and_what_it_was_sent_since() {
     }
 }
 
+/// What is sent along x from the stop of a run on, m/s, until the robot holds at rest.
+fn stop_m_s(bench: &mut Bench) -> Vec<f64> {
+    let mut trace = bench.command(Command::Stop);
+    let mut sent_m_s = Vec::new();
+    while trace.sent_velocity[0] != 0.0 {
+        assert_eq!((trace.mode, trace.fault), (Mode::Hold, None));
+        sent_m_s.push(trace.sent_velocity[0]);
+        assert!(sent_m_s.len() < 1000);
+        trace = bench.step().1;
+    }
+    assert_eq!((trace.mode, trace.fault), (Mode::Hold, None));
+    sent_m_s.push(0.0);
+    sent_m_s
+}
+
+/// `stop_time_s` asks for 2 m/s², four times what the limits allow.
+#[test]
+fn a_stop_takes_as_long_as_the_limits_of_the_acceleration_ask_for() {
+    let mut settings = moving([0.2, 0.0, 0.0], [0.0; 3]);
+    settings.limits.acceleration_m_s2 = 0.5;
+    settings.limits.box_m = [1.0; 3];
+    settings.start.ramp_cycles = 200;
+    (settings.jog.speed_m_s, settings.jog.reach_m) = (1e-3, 5e-3);
+    let mut bench = Bench::new(&settings);
+    bench.start();
+    for _ in 0..250 {
+        bench.step();
+    }
+    let sent_m_s = stop_m_s(&mut bench);
+    for pair in sent_m_s.windows(2) {
+        assert!(
+            (pair[0] - pair[1]).abs() <= 0.5 * CYCLE_S + 1e-12,
+            "{pair:?}"
+        );
+    }
+    assert!((100..103).contains(&sent_m_s.len()), "{}", sent_m_s.len());
+}
+
+#[test]
+fn a_stop_that_reaches_the_edge_of_the_box_fades_out() {
+    let mut settings = moving([0.1, 0.0, 0.0], [0.0; 3]);
+    settings.limits.clamp_fault_cycles = 5;
+    settings.limits.box_m = [0.0125, 1.0, 1.0];
+    settings.start.stop_time_s = 0.2;
+    (settings.jog.speed_m_s, settings.jog.reach_m) = (1e-3, 5e-3);
+    let mut bench = Bench::new(&settings);
+    bench.start();
+    for _ in 0..38 {
+        assert_eq!(bench.step().1.limits, LimitFlags::default());
+    }
+    stop_m_s(&mut bench);
+}
+
 /// Without a law nothing of the wrench is kept from the model.
 #[test]
 fn a_contact_that_is_felt_whole_leaves_no_impulse_unaccounted() {
