@@ -269,6 +269,10 @@ impl<S: Scalar> Run<S> {
         // A sustained clamp would end the stop at once, in the jump that the fade is there to avoid.
         self.clamped_cycles = 0;
         self.send(plan, command, LimitFlags::default(), trace)?;
+        if trace.limits != LimitFlags::default() && left > 1 {
+            // Steps planned for what the limits took away would turn the motion round.
+            self.fade.0 = self.last_sent * S::of(1.0 / f64::from(left - 1));
+        }
         Ok(true)
     }
 

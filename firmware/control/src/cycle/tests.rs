@@ -250,7 +250,8 @@ fn a_stop_that_reaches_the_edge_of_the_box_fades_out() {
     for _ in 0..38 {
         assert_eq!(bench.step().1.limits, LimitFlags::default());
     }
-    stop_m_s(&mut bench);
+    let sent_m_s = stop_m_s(&mut bench);
+    assert!(sent_m_s.is_sorted_by(|a, b| a >= b), "{sent_m_s:?}");
 }
 
 /// Without a law nothing of the wrench is kept from the model.
