@@ -181,7 +181,8 @@ fn an_operator_works_by_the_service_alone() {
     assert_eq!(mass(&served), 0.0);
     // The stop fades out.
     while served.json(&["status"])["status"]["moves"] == true {}
-    served.done(&["mode", "zero"]);
+    // The zero is that of 64 samples after it.
+    while served.params(&["mode", "zero"]).code != Some(0) {}
     served.done(&["set", MASS, "3.0"]);
     assert_eq!(mass(&served), 3.0);
     assert_eq!(served.json(&["status"])["status"]["mode"], "Idle");

@@ -181,9 +181,12 @@ impl<S: Scalar> Cycle<S> {
 
     /// The robot moves by us, or may do so in the next cycle.
     fn guarded(&self) -> bool {
-        let fading = self.run.last_sent != frames::Twist::zero();
-        let mode = self.modes.mode();
-        fading || mode == Mode::Armed || mode.moves()
+        self.modes.mode() == Mode::Armed || self.in_motion()
+    }
+
+    /// The robot moves by us.
+    fn in_motion(&self) -> bool {
+        self.modes.mode().moves() || self.run.last_sent != frames::Twist::zero()
     }
 
     /// The telegram's pose; the last good one if it has none. Tells the estimator and the box.
@@ -220,8 +223,8 @@ impl<S: Scalar> Cycle<S> {
         let wrench = self
             .compensation
             .compensate(&Wrench::of(&raw), &pose.rotation, &motion);
-        if self.plan.overload(&wrench.at_m).is_some() {
-            // One such sample would shift the mean by a 64th of it.
+        if self.in_motion() || self.plan.overload(&wrench.at_m).is_some() {
+            // A contact is no rest; and one sample of an overload would shift the mean by a 64th of it.
             self.rest_mean = RestMean::new();
         } else if self.health.good_sample(inputs) {
             self.rest_mean.push(&wrench.contact_in_s);

@@ -125,7 +125,7 @@ pub enum Refusal {
     StillMoving,
     /// The robot was moved after it was armed; arm again.
     MovedSinceArmed,
-    /// Too few good samples since the run began for a mean.
+    /// Too few good samples for a mean since the run began or the robot moved.
     TooFewSamples,
     /// The robot's angles are near their gimbal lock, where two of them cannot be told apart.
     OrientationSingular,

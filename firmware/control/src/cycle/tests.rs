@@ -287,6 +287,27 @@ fn a_contact_is_a_fault_until_the_ramp_of_the_start_has_ended() {
     }
 }
 
+#[test]
+fn a_zero_takes_nothing_of_a_contact_that_a_motion_brought() {
+    let mut bench = Bench::new(&moving([0.01, 0.0, 0.0], [0.0; 3]));
+    bench.start();
+    for contact_n in [0.0, 15.0] {
+        bench.inputs.sensor.wrench[0] = contact_n;
+        for _ in 0..100 {
+            bench.step();
+        }
+    }
+    stop_m_s(&mut bench);
+    bench.inputs.sensor.wrench[0] = 0.0;
+    let early = bench.command(Command::Zero);
+    assert_eq!(early.refusal, Some(Refusal::TooFewSamples));
+    for _ in 0..64 {
+        bench.step();
+    }
+    assert_eq!(bench.command(Command::Zero).refusal, None);
+    assert_eq!(bench.step().1.wrench_at_m, [0.0; 6]);
+}
+
 /// B of a robot that is turned about y, towards the lock and away from it.
 #[test]
 fn a_turn_ends_before_the_gimbal_lock_and_goes_on_away_from_it() {
