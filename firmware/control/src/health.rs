@@ -47,7 +47,9 @@ pub struct Health {
     ignored_status: u32,
     lost_fault: u32,
     late_fault: u32,
+    /// Cycles since the newest sample that were run, and those whose telegrams were lost.
     age: u32,
+    lost: u32,
     /// Cycles from the sample with which the reading last changed to the newest one, which repeats it.
     repeated: u32,
     last: SensorSample,
@@ -66,6 +68,7 @@ impl Health {
             lost_fault: robot.lost_telegrams_fault,
             late_fault: robot.late_answers_fault,
             age: 0,
+            lost: 0,
             repeated: 0,
             last: SensorSample::default(),
             late_at_start: 0,
@@ -75,7 +78,7 @@ impl Health {
     /// Takes this cycle's inputs; the answer is a fault that they call for, in a mode in which the
     /// robot moves or is about to (`guarded`).
     pub fn check(&mut self, inputs: &Inputs, mode: Mode, guarded: bool) -> Option<Fault> {
-        self.count(&inputs.sensor);
+        self.count(&inputs.sensor, inputs.robot.sequence);
         let driven = mode.moves();
         if inputs.robot.sequence == Sequence::NewRun || !driven {
             self.late_at_start = inputs.robot.late_answers;
@@ -93,7 +96,7 @@ impl Health {
         self.age == 0 && self.sensor(&inputs.sensor).is_none() && self.numeric(inputs).is_none()
     }
 
-    /// Cycles since the newest sample.
+    /// Cycles that were run since the one with the newest sample.
     pub fn sensor_age(&self) -> u32 {
         self.age
     }
@@ -105,7 +108,7 @@ impl Health {
         } else {
             0
         };
-        self.age.saturating_add(repeated) > self.stale_after
+        self.elapsed().saturating_add(repeated) > self.stale_after
     }
 
     /// Whether sensor and robot allow arming (the force is judged elsewhere).
@@ -124,7 +127,16 @@ impl Health {
         }
     }
 
-    fn count(&mut self, sample: &SensorSample) {
+    /// Cycles since the newest sample, those of lost telegrams among them.
+    fn elapsed(&self) -> u32 {
+        self.age.saturating_add(self.lost)
+    }
+
+    /// A sample that is new behind lost telegrams is as fresh as any: the telegram of this cycle asked for it.
+    fn count(&mut self, sample: &SensorSample, sequence: Sequence) {
+        if let Sequence::Gap(lost) = sequence {
+            self.lost = self.lost.saturating_add(lost);
+        }
         if sample.counter == self.last.counter {
             self.age = self.age.saturating_add(1);
             return;
@@ -135,7 +147,7 @@ impl Health {
         } else {
             0
         };
-        self.age = 0;
+        (self.age, self.lost) = (0, 0);
         self.last = *sample;
     }
 
@@ -178,8 +190,8 @@ impl Health {
             fault(FaultCode::SensorStatus, 0, status)
         } else if sample.saturated {
             fault(FaultCode::SensorSaturated, 0, 1)
-        } else if self.age > self.fault_after {
-            fault(FaultCode::SensorStale, self.fault_after, self.age)
+        } else if self.elapsed() > self.fault_after {
+            fault(FaultCode::SensorStale, self.fault_after, self.elapsed())
         } else if frozen {
             fault(FaultCode::SensorFrozen, self.frozen_after, self.repeated)
         } else {

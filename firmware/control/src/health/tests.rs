@@ -17,6 +17,30 @@ fn a_slow_sensor_may_not_repeat_for_longer_than_a_fast_one() {
     assert_eq!(fault, Some(Fault::new(FaultCode::SensorFrozen, 4.0, 6.0)));
 }
 
+/// A sensor that died in a busy network: its last sample ages with the telegrams that were lost since.
+#[test]
+fn a_sample_ages_with_lost_telegrams() {
+    let mut health = Health::new(&Settings::default());
+    assert_eq!(health.check(&well(0), Mode::Running, true), None);
+    let mut inputs = well(0);
+    inputs.robot.sequence = Sequence::Gap(2);
+    assert_eq!(health.check(&inputs, Mode::Running, true), None);
+    assert_eq!((health.sensor_age(), health.stale()), (1, true));
+    let fault = Some(Fault::new(FaultCode::SensorStale, 5.0, 6.0));
+    assert_eq!(health.check(&inputs, Mode::Running, true), fault);
+}
+
+/// The exchange that the telegram behind a gap asks for is as fresh as any other.
+#[test]
+fn a_new_sample_behind_lost_telegrams_is_new() {
+    let mut health = Health::new(&Settings::default());
+    health.check(&well(0), Mode::Running, true);
+    let mut inputs = well(1);
+    inputs.robot.sequence = Sequence::Gap(9);
+    assert_eq!(health.check(&inputs, Mode::Running, true), None);
+    assert_eq!((health.sensor_age(), health.stale()), (0, false));
+}
+
 /// 3000 N between 500 kg and 500 kg: 12 m/s², 2 mm in 18 ms.
 #[test]
 fn the_worst_load_bends_the_motion_by_one_step_at_most() {
