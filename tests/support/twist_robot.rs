@@ -91,6 +91,10 @@ impl RobotProtocol for Twists {
         }
     }
 
+    fn is_late(&self, counter: u64, other: u64) -> bool {
+        counter < other
+    }
+
     fn sample(&self, report: &RobotReport) -> RobotSample {
         RobotSample {
             sequence: report.sequence,

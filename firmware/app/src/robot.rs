@@ -90,6 +90,9 @@ impl<M: RawMutex, S: Scalar, P: RobotProtocol> RobotTask<'_, M, S, P> {
             }
             if newest != Incoming::Ignored {
                 self.link.count_overtaken();
+                if self.link.is_late(&incoming, &newest) {
+                    continue;
+                }
             }
             (newest, from) = (incoming, sender);
         }

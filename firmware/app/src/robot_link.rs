@@ -71,6 +71,18 @@ pub enum Incoming {
     Ignored,
 }
 
+impl Incoming {
+    /// The telegram's own counter, which its answer will carry.
+    fn counter(&self) -> Option<u64> {
+        match self {
+            Self::Telegram(RobotReport { counter, .. }) | Self::Unreadable { counter } => {
+                Some(*counter)
+            }
+            Self::Ignored => None,
+        }
+    }
+}
+
 /// What a link is built of: settings that have passed their checks.
 #[derive(Clone, Debug)]
 pub struct Prepared<P: RobotProtocol = Rsi> {
@@ -184,6 +196,12 @@ impl<S: Scalar, P: RobotProtocol> RobotLink<S, P> {
             Received::Counter(counter) => self.malformed(Some(counter), from, now_us),
             Received::Unreadable => self.malformed(None, from, now_us),
         }
+    }
+
+    /// Whether one datagram was overtaken on its way by another one.
+    pub fn is_late(&self, datagram: &Incoming, other: &Incoming) -> bool {
+        let counters = datagram.counter().zip(other.counter());
+        counters.is_some_and(|(counter, other)| self.cycle.protocol().is_late(counter, other))
     }
 
     /// Where a telegram stands in the sequence; none for the last one again, which is not to move

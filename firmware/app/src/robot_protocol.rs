@@ -34,6 +34,9 @@ pub trait RobotProtocol {
     /// Where a telegram stands in the sequence, by its counter; none for the last one again, and for one that it has overtaken.
     fn follow(&mut self, counter: u64) -> Option<Sequence>;
 
+    /// Whether the telegram with this counter was overtaken on its way by another one.
+    fn is_late(&self, counter: u64, other: u64) -> bool;
+
     /// A telegram as the control cycle takes it. A pose that is none is NaN.
     fn sample(&self, report: &RobotReport) -> RobotSample;
 

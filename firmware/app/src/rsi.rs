@@ -93,6 +93,10 @@ impl RobotProtocol for Rsi {
         }
     }
 
+    fn is_late(&self, counter: u64, other: u64) -> bool {
+        self.sequence.is_late(counter, other)
+    }
+
     fn sample(&self, report: &RobotReport) -> RobotSample {
         RobotSample {
             sequence: report.sequence,

@@ -21,6 +21,20 @@ fn the_newest_of_two_is_answered() {
     assert_eq!((link.overtaken, link.lost), (1, 1));
 }
 
+/// What counts is which the robot has sent later, not which has arrived later.
+#[test]
+fn one_that_was_overtaken_on_its_way_does_not_displace_the_newer_one() {
+    let mut bench = Bench::cruising(&flying());
+    let ipoc = bench.says.ipoc;
+    let (older, newer) = (bench.telegram(), bench.telegram_at(ipoc + CYCLE_MS));
+    let answers = bench.datagrams(&[(&newer, robot()), (&older, robot())]);
+    assert_eq!(answers.len(), 1);
+    assert_eq!(bench.parse(&answers[0]).ipoc, ipoc + CYCLE_MS);
+    assert_eq!(bench.last_record().inputs.robot.sequence, Sequence::Gap(1));
+    let link = bench.status().link;
+    assert_eq!((link.overtaken, link.lost), (1, 1));
+}
+
 #[test]
 fn strangers_in_the_queue_do_not_displace_the_robot() {
     for robot_at in 0..4 {

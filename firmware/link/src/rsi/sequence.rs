@@ -52,7 +52,7 @@ impl SequenceTracker {
             return Sequence::First;
         };
         let Some(step_ms) = ipoc.checked_sub(last) else {
-            if last - ipoc <= MOST_LATE_CYCLES.saturating_mul(self.cycle_ms) {
+            if self.is_late(ipoc, last) {
                 self.last = Some(last);
                 return Sequence::Late;
             }
@@ -69,6 +69,12 @@ impl SequenceTracker {
             Ok(cycles) if cycles <= self.max_gap_cycles => Sequence::Gap { lost: cycles - 1 },
             _ => Sequence::NewRun,
         }
+    }
+
+    /// Whether a telegram was overtaken on its way by another one.
+    pub fn is_late(&self, ipoc: u64, other: u64) -> bool {
+        let most_ms = MOST_LATE_CYCLES.saturating_mul(self.cycle_ms);
+        (1..=most_ms).contains(&other.saturating_sub(ipoc))
     }
 
     /// Forgets the last telegram, after the connection was given up.
