@@ -15,7 +15,7 @@
 //!
 //! `*` needs fresh, healthy sensor data, a robot that stands still and reports its pose, and a
 //! small contact force. In every mode each telegram is answered; only Running and Jogging move the
-//! robot.
+//! robot, and in Hold the last velocity fades out.
 
 mod words;
 
@@ -30,7 +30,7 @@ pub enum Mode {
     /// Answers zeros; waits for the operator.
     #[default]
     Idle,
-    /// Answers zeros; may be armed.
+    /// Lets the last velocity fade out, then answers zeros and may be armed.
     Hold,
     /// Ready: initial conditions are loaded, the start pose is taken.
     Armed,
@@ -43,7 +43,7 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// Whether the robot is moved in this mode.
+    /// Whether the robot is moved in this mode, beside the end of a motion in Hold.
     pub fn moves(self) -> bool {
         matches!(self, Self::Running | Self::Jogging)
     }
