@@ -18,7 +18,7 @@ pub trait SensorDriver {
     /// What travels: a CAN frame, or the process data of one exchange with their working counter.
     type Frame;
 
-    /// The next frame for the wire, if one is due. Call until it returns `None`.
+    /// The next frame for the wire, if one is due. Call again after each frame: another one may be due then.
     fn poll_transmit(&mut self, now_us: u64) -> Option<Self::Frame>;
 
     /// When to call [`Self::poll_transmit`] again at the latest; `u64::MAX` for never.

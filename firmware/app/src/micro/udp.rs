@@ -31,7 +31,7 @@ pub(super) fn static_address(network: &Network) -> Config {
 pub struct UdpPort(UdpSocket<'static>);
 
 impl UdpPort {
-    /// Takes port `port`, once; none if it is 0. The queues take about 27 kB.
+    /// Takes port `port`, once; for 0 any that is free. The queues take about 27 kB.
     pub(super) fn bind(stack: Stack<'static>, port: u16) -> Option<Self> {
         type Received = [u8; RECEIVE_QUEUE * TELEGRAM_BYTES];
         type Sent = [u8; SEND_QUEUE * SEN_MAX_BYTES];

@@ -54,7 +54,7 @@ pub struct EthernetHealth {
     pub overruns: u32,
 }
 
-/// Times from the instant at which a telegram was read to that at which its answer was handed to the
+/// Times from the instant at which a telegram left the network's driver to that at which its answer was handed to the
 /// network, for the telegrams that led to a cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AnswerTimes {
