@@ -9,15 +9,15 @@ use softdock_report::number;
 use softdock_statistics::{median, periodogram};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-/// Power below [`SLOW_HZ`] over the median power (noise: at most 1.9).
+/// Power below [`SLOW_HZ`] over the usual power, at the least (noise of long logs: at most 1.9).
 const SLOW: f64 = 3.0;
 /// Below this frequency most effects live, Hz.
 pub(crate) const SLOW_HZ: f64 = 6.0;
 /// Strongest window over the median window, at the least (noise of 4 ms cycles: at most 1.7).
 const BURST: f64 = 2.5;
-/// Probability with which white noise has a burst in any window of a log: windows of few samples vary more. By their own median
-/// it is up to 0.004 where there are few windows.
-const BURST_BY_CHANCE: f64 = 1e-3;
+/// Probability with which white noise has a burst in any window of a log, or is slow: windows of few samples and few frequencies vary
+/// more. By the windows' own median it is up to 0.004 where there are few.
+const BY_CHANCE: f64 = 1e-3;
 /// Fewest cycles of a log in which bursts, lines and slow parts are looked for.
 const SHORTEST: usize = 64;
 /// Duration of a window, s.
@@ -43,7 +43,7 @@ pub(crate) struct Line {
 /// What the tests find in one series.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Structure {
-    /// Power below `slow_hz` over the median power.
+    /// Power below `slow_hz` over the usual power, divided by the most that noise has: slow above 1.
     pub slow: f64,
     /// 6 Hz, or half of the band if that is less.
     pub slow_hz: f64,
@@ -100,7 +100,7 @@ impl Structure {
         let (burst, burst_at) = strongest_window(white, cycle_s);
         let [line, narrow] = strongest_lines(cutoff_hz, white, cycle_s);
         Self {
-            slow: slow / usual.max(1e-12),
+            slow: slow / usual.max(1e-12) / most_of_bins(slow_bins).max(SLOW),
             slow_hz: SLOW_HZ.min(slow_bins as f64 * bin_hz),
             burst,
             burst_at,
@@ -119,7 +119,7 @@ impl Structure {
         let all = |fires: &dyn Fn(&Self) -> bool| {
             long.len() >= each.len().clamp(1, 2) && long.iter().all(|s| fires(s))
         };
-        all(&|s| s.slow > SLOW)
+        all(&|s| s.slow > 1.0)
             || all(&|s| s.burst > 1.0)
             || all(&|s| s.line.over_usual > LINE)
             || has_level
@@ -148,7 +148,7 @@ impl Structure {
             (self.narrow.at, line)
         } else if self.burst > 1.0 {
             (self.burst_at, "bursts".to_owned())
-        } else if self.slow > SLOW {
+        } else if self.slow > 1.0 {
             (
                 whole,
                 format!("slow, below {} Hz", number::significant(self.slow_hz, 2)),
@@ -180,13 +180,21 @@ fn strongest_window(white: &[f64], cycle_s: f64) -> (f64, (usize, usize)) {
     (strongest.1 / usual.max(1e-12) / most, (strongest.0, length))
 }
 
-/// Power of a window of white noise over the median one that the strongest of so many exceeds by [`BURST_BY_CHANCE`].
+/// Power of a window of white noise over the median one that the strongest of so many exceeds by [`BY_CHANCE`].
 fn most_of_windows(length: usize, windows: usize) -> f64 {
     let Ok(law) = ChiSquared::new(length as f64) else {
         return f64::INFINITY;
     };
-    let chance = BURST_BY_CHANCE / windows.max(1) as f64;
+    let chance = BY_CHANCE / windows.max(1) as f64;
     law.inverse_cdf(1.0 - chance) / law.inverse_cdf(0.5)
+}
+
+/// Mean power of so many frequencies of white noise over that of all, which it exceeds by [`BY_CHANCE`].
+fn most_of_bins(bins: usize) -> f64 {
+    let freedom = 2.0 * bins as f64;
+    ChiSquared::new(freedom).map_or(f64::INFINITY, |law| {
+        law.inverse_cdf(1.0 - BY_CHANCE) / freedom
+    })
 }
 
 /// Median of powers; 0 of nothing.
@@ -279,6 +287,14 @@ mod tests {
     }
 
     /// Noise that went through a low-pass is nothing but noise below its cutoff; a wave there is a line all the same.
+    /// One frequency alone is below 6 Hz, which has three times the usual power in one of twenty.
+    #[test]
+    fn short_noise_is_rarely_slow() {
+        let is_slow = |seed: &u64| Structure::of(&white(*seed, 160), 1e-3, 1.0).slow > 1.0;
+        let slow = (0..1000).filter(is_slow).count();
+        assert!(slow < 8, "{slow} of 1000");
+    }
+
     #[test]
     fn above_a_low_pass_nothing_is_usual() {
         let low_pass = LowPass::new(4, 40.0 * 0.002);
@@ -288,7 +304,7 @@ mod tests {
             let all: Vec<f64> = noise.map(|(n, noise)| noise + wave(n)).collect();
             low_pass.zero_phase(&all)
         };
-        let lines = |found: Structure| found.line.over_usual > LINE || found.slow > SLOW;
+        let lines = |found: Structure| found.line.over_usual > LINE || found.slow > 1.0;
         assert!(lines(Structure::of(&with(0.0), 0.002, 1.0)));
         assert!(!lines(Structure::below(40.0, &with(0.0), 0.002, 1.0)));
         let waves = Structure::below(40.0, &with(2.0), 0.002, 1.0);
