@@ -16,17 +16,17 @@ pub const EFFECT: Effect = Effect {
     signature: "a constant error of the wrench from the first sample to the last, whatever pose and motion",
     typical: "0.1 to 5 N and 0.01 to 0.5 N m after a warm-up without zeroing",
     parameters: &[
-        Parameter::new("fx_n", "N", -100.0, 100.0)
+        Parameter::new("fx_n", "N", -1e4, 1e4)
             .hidden(0.6, 1.2)
             .either_sign()
             .pictured(1.5),
-        Parameter::new("fy_n", "N", -100.0, 100.0)
+        Parameter::new("fy_n", "N", -1e4, 1e4)
             .hidden(0.6, 1.2)
             .either_sign(),
-        Parameter::new("fz_n", "N", -100.0, 100.0),
-        Parameter::new("tx_n_m", "N·m", -20.0, 20.0),
-        Parameter::new("ty_n_m", "N·m", -20.0, 20.0),
-        Parameter::new("tz_n_m", "N·m", -20.0, 20.0),
+        Parameter::new("fz_n", "N", -1e4, 1e4),
+        Parameter::new("tx_n_m", "N·m", -1e4, 1e4),
+        Parameter::new("ty_n_m", "N·m", -1e4, 1e4),
+        Parameter::new("tz_n_m", "N·m", -1e4, 1e4),
     ],
     confused_with: &[
         "ft_bias_drift",
