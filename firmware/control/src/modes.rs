@@ -13,8 +13,8 @@
 //!                  Fault  <-- from Armed, Running, Jogging and while a stop fades out; latched
 //! ```
 //!
-//! `*` needs fresh, healthy sensor data, a robot that stands still and reports its pose, and a
-//! small contact force. In every mode each telegram is answered; only Running and Jogging move the
+//! `*` needs fresh, healthy sensor data, a robot that reports its pose and was last told to rest, and a
+//! small contact force; whether it has come to rest is not measured. In every mode each telegram is answered; only Running and Jogging move the
 //! robot, and in Hold the last velocity fades out.
 
 mod words;
