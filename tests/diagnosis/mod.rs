@@ -25,3 +25,4 @@ mod own_hypothesis;
 mod parts_of_logs;
 mod real_data;
 mod tables;
+mod valve;

@@ -67,6 +67,10 @@ pub struct Chain {
     pub gain: f64,
     /// The sent velocity is rounded to a multiple of this, in units of the axis; 0: not rounded.
     pub command_step: f64,
+    /// Sent velocities between these move nothing, and others what they have beyond, in units of the axis.
+    pub dead_zone: [f64; 2],
+    /// Relative difference of the gain forth and back: 1 plus it, and 1 minus it.
+    pub asymmetry: f64,
     /// A second-order mode.
     pub resonance: Option<Resonance>,
     /// Limit of the acceleration inside of the loop that makes the lag, in units of the axis;
@@ -95,6 +99,8 @@ impl Chain {
             extra_lag_s: 0.0,
             gain: 1.0,
             command_step: 0.0,
+            dead_zone: [0.0; 2],
+            asymmetry: 0.0,
             resonance: None,
             loop_acceleration: f64::INFINITY,
             planner: Limits::NONE,
@@ -107,7 +113,7 @@ impl Chain {
     }
 
     /// Its values bit by bit, to look up what is known of it.
-    pub fn bits(&self) -> [u64; 18] {
+    pub fn bits(&self) -> [u64; 21] {
         let Self { planner, drive, .. } = self;
         let mode = self.resonance.map(|r| (r.frequency_hz, r.damping_ratio));
         let (frequency_hz, damping_ratio) = mode.unwrap_or((0.0, 0.0));
@@ -117,6 +123,9 @@ impl Chain {
             self.extra_lag_s,
             self.gain,
             self.command_step,
+            self.dead_zone[0],
+            self.dead_zone[1],
+            self.asymmetry,
             frequency_hz,
             damping_ratio,
             self.loop_acceleration,
@@ -134,11 +143,19 @@ impl Chain {
         values.map(f64::to_bits)
     }
 
-    /// The sent velocities as they are rounded; None: they are not.
-    pub(super) fn rounded(&self, sent: &[f64]) -> Option<Vec<f64>> {
-        let step = self.command_step;
-        let round = |velocity: &f64| (velocity / step).round() * step;
-        (step > 0.0).then(|| sent.iter().map(round).collect())
+    /// What the drive takes the sent velocities for: rounded, without its dead zone, with its gain by direction; None: as they are.
+    pub(super) fn understood(&self, sent: &[f64]) -> Option<Vec<f64>> {
+        let (step, [low, high], asymmetry) = (self.command_step, self.dead_zone, self.asymmetry);
+        let understood = |sent: &f64| {
+            let rounded = match step > 0.0 {
+                true => (sent / step).round() * step,
+                false => *sent,
+            };
+            let beyond = rounded - rounded.max(low).min(high);
+            beyond + asymmetry * beyond.abs()
+        };
+        let changes = step > 0.0 || [low, high, asymmetry] != [0.0; 3];
+        changes.then(|| sent.iter().map(understood).collect())
     }
 
     /// Equal parts of a cycle that the stages need.

@@ -1,7 +1,7 @@
 //! From the velocity that was sent to the velocity that is executed, with any actuator effects.
 //!
 //! A sent velocity is held for a cycle, arrives after the transport delay, and passes in this
-//! order: rounding, planner limits, gain, lag, extra lag, resonance, drive limits, pause, lost motion. One
+//! order: rounding, dead zone, gain by direction, planner limits, gain, lag, extra lag, resonance, drive limits, pause, lost motion. One
 //! axis at a time; every axis has the same [`Chain`] unless a caller gives it another.
 //!
 //! The linear stages are solved exactly for an input that is constant between two instants; a
@@ -49,8 +49,8 @@ fn simulated(
     reading: Reading,
     steps_exactly: bool,
 ) -> Vec<f64> {
-    let rounded = chain.rounded(sent);
-    let sent = rounded.as_deref().unwrap_or(sent);
+    let understood = chain.understood(sent);
+    let sent = understood.as_deref().unwrap_or(sent);
     let planned = chain
         .planner
         .any()

@@ -227,3 +227,18 @@ fn rounding_planner_and_gain_act_in_this_order() {
     let got = simulate(&chain, &[0.025; 5], &Timing::uniform(TS), Reading::AtEnd);
     assert!((got[4] - 0.015).abs() < 1e-12, "{got:?}");
 }
+
+/// A valve's overlap takes its part of what was rounded, and each direction has its own gain of the rest.
+#[test]
+fn what_is_beyond_a_dead_zone_moves_by_the_gain_of_its_direction() {
+    let mut chain = Chain::nominal(0.0, 0.0);
+    (chain.command_step, chain.dead_zone, chain.asymmetry) = (0.5, [-0.5, 0.25], 0.5);
+    let last = |sent: f64| {
+        let got = simulate(&chain, &[sent; 5], &Timing::uniform(TS), Reading::AtEnd);
+        got.last().copied().unwrap_or(f64::NAN)
+    };
+    let expected = [(1.1, 1.125), (0.2, 0.0), (-0.4, 0.0), (-1.1, -0.25)];
+    for (sent, expected) in expected {
+        assert_eq!(last(sent), expected, "{sent}");
+    }
+}

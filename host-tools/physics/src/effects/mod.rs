@@ -33,6 +33,8 @@ use softdock_control::range::{SettingsError, in_range};
 /// All effects, group by group, in the order in which a signal meets them.
 pub const CATALOGUE: &[&Effect] = &[
     &actuator::command_quantisation::EFFECT,
+    &actuator::command_deadzone::EFFECT,
+    &actuator::gain_by_direction::EFFECT,
     &actuator::actuation_delay::EFFECT,
     &actuator::actuation_lag::EFFECT,
     &actuator::second_order_servo::EFFECT,

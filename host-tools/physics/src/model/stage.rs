@@ -1,8 +1,9 @@
 //! Stages of the actuator that a model file can add, one per effect.
 
 use crate::effects::actuator::{
-    actuation_delay, actuation_lag, backlash, command_quantisation, jerk_limit, rate_limit,
-    second_order_servo, structural_resonance, velocity_gain, velocity_saturation, zero_cross_pause,
+    actuation_delay, actuation_lag, backlash, command_deadzone, command_quantisation,
+    gain_by_direction, jerk_limit, rate_limit, second_order_servo, structural_resonance,
+    velocity_gain, velocity_saturation, zero_cross_pause,
 };
 use crate::effects::by_id;
 use crate::model::{EffectModel, Model};
@@ -44,6 +45,10 @@ pub enum Stage {
     Backlash,
     /// The sent velocity is rounded.
     CommandStep,
+    /// Small velocities that are sent move nothing.
+    DeadZone,
+    /// Executed over sent velocity differs by direction.
+    Direction,
 }
 
 /// Name and unit of a parameter.
@@ -51,7 +56,7 @@ type Named = (&'static str, &'static str);
 
 impl Stage {
     /// All stages, the likelier first.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 23] = [
         Self::Delay,
         Self::Lag,
         Self::Pause(PauseTrigger::Output, PauseKind::Resumes),
@@ -73,6 +78,8 @@ impl Stage {
         Self::Gain,
         Self::Backlash,
         Self::CommandStep,
+        Self::DeadZone,
+        Self::Direction,
     ];
 
     /// Id in the catalogue.
@@ -91,6 +98,8 @@ impl Stage {
             Self::Gain => velocity_gain::EFFECT.id,
             Self::Backlash => backlash::EFFECT.id,
             Self::CommandStep => command_quantisation::EFFECT.id,
+            Self::DeadZone => command_deadzone::EFFECT.id,
+            Self::Direction => gain_by_direction::EFFECT.id,
         }
     }
 
@@ -121,6 +130,9 @@ impl Stage {
             Self::Backlash => &[("width_m", "m")],
             Self::CommandStep if rotation => &[("step_rad_s", "rad/s")],
             Self::CommandStep => &[("step_m_s", "m/s")],
+            Self::DeadZone if rotation => &[("width_rad_s", "rad/s"), ("centre_rad_s", "rad/s")],
+            Self::DeadZone => &[("width_m_s", "m/s"), ("centre_m_s", "m/s")],
+            Self::Direction => &[("asymmetry", "-")],
         }
     }
 
@@ -196,6 +208,8 @@ impl Stage {
             Self::Gain => chain.gain *= 1.0 + first,
             Self::Backlash => chain.backlash_m = first,
             Self::CommandStep => chain.command_step = first,
+            Self::DeadZone => chain.dead_zone = [second - 0.5 * first, second + 0.5 * first],
+            Self::Direction => chain.asymmetry = first,
         }
     }
 

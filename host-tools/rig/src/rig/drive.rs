@@ -9,7 +9,6 @@ use nalgebra::{ComplexField, Vector3};
 use softdock_control::frames::{Pose, Twist, orientation_from_abc};
 use softdock_physics::effects::actuator::AxisStage;
 use softdock_physics::effects::actuator::actuation_delay::TransportDelay;
-use softdock_physics::effects::actuator::command_quantisation::CommandQuantisation;
 use softdock_physics::effects::{Actuator, Clock, Group, Law};
 
 /// Commands in flight that the delay line can hold: a delay of 252 ms at 4 ms.
@@ -24,7 +23,8 @@ pub type Axes = [f64; 6];
 /// arm lives in the real time that passes meanwhile.
 #[derive(Clone, Debug)]
 pub struct Drive {
-    rounding: Option<CommandQuantisation>,
+    /// What changes the commands of each axis before they are delayed.
+    command: Vec<AxisStage>,
     line: TransportDelay<6, COMMANDS_IN_FLIGHT>,
     axes: [Axis; 6],
     /// Nominal integration step, s, and how long a nominal second really lasts, s.
@@ -57,12 +57,9 @@ impl Drive {
         let delay_s = settings.robot.actuator.delay_s + late.sum::<f64>();
         let line = TransportDelay::new(delay_s, second_s * settings.cycle_s());
         let stages = hidden_stages(settings, step_s)?.into_iter();
-        let mut rounding = stages.filter_map(|(_, stage)| match stage {
-            AxisStage::Rounding(rounding) => Some(rounding),
-            _ => None,
-        });
+        let command = stages.filter_map(|(_, stage)| stage.is_of_the_command().then_some(stage));
         Ok(Self {
-            rounding: rounding.next(),
+            command: command.collect(),
             line: named("rig.robot.actuator.delay_s", line)?,
             axes: std::array::from_fn(|i| {
                 if i < 3 {
@@ -81,19 +78,21 @@ impl Drive {
 
     /// Begins a cycle with this velocity.
     pub fn push(&mut self, velocity: Axes) {
-        self.line.push(self.rounded(velocity));
+        let understood = self.understood(velocity);
+        self.line.push(understood);
     }
 
     /// Corrects the velocity of the running cycle.
     pub(super) fn replace_newest(&mut self, velocity: Axes) {
-        self.line.replace_newest(self.rounded(velocity));
+        let understood = self.understood(velocity);
+        self.line.replace_newest(understood);
     }
 
-    fn rounded(&self, velocity: Axes) -> Axes {
-        let Some(rounding) = &self.rounding else {
-            return velocity;
-        };
-        velocity.map(|v| rounding.apply(v))
+    fn understood(&mut self, velocity: Axes) -> Axes {
+        let command = self.command.iter_mut();
+        command.fold(velocity, |velocity, stage| {
+            velocity.map(|v| stage.advance(v))
+        })
     }
 
     /// One integration step that begins `since_cycle_s` after the cycle did; `extra_delay_s` is

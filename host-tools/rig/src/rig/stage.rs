@@ -23,10 +23,8 @@ impl Axis {
     /// `unit` is that of the axis, `m` or `rad`.
     pub(super) fn new(settings: &RigSettings, step_s: f64, unit: &str) -> Result<Self> {
         let mut stages = nominal(&settings.robot.actuator, step_s, unit)?;
-        // Commands are rounded before they are delayed.
-        let is_behind = |stage: &AxisStage| !matches!(stage, AxisStage::Rounding(_));
-        let behind = hidden_stages(settings, step_s)?.into_iter();
-        stages.extend(behind.filter(|(_, stage)| is_behind(stage)));
+        let hidden = hidden_stages(settings, step_s)?.into_iter();
+        stages.extend(hidden.filter(|(_, stage)| !stage.is_of_the_command()));
         stages.sort_by_key(|(id, _)| CATALOGUE.iter().position(|effect| effect.id == *id));
         Ok(Self {
             stages: stages.into_iter().map(|(_, stage)| stage).collect(),

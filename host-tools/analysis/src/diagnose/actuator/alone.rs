@@ -2,6 +2,7 @@
 
 use super::candidate::{AT_NOISE, Candidate};
 use super::cost::{AxisCost, Cost, Term};
+use super::dead_zone::best_zone;
 use super::grid::combinations;
 use super::refine::{improved, refined};
 use super::steps::best_step;
@@ -32,13 +33,16 @@ pub(super) fn scopes(active: &[bool; 6]) -> Vec<[bool; 6]> {
     scopes
 }
 
-/// The best values of a stage beside given terms, which are refined with it.
+/// The best values of a stage beside given terms, which are refined with it; of a dead zone with the gains beyond it.
 pub(super) fn best_single(
     stage: Stage,
     scopes: &[[bool; 6]],
     cost: &Cost<'_>,
     beside: &[Term],
 ) -> Option<Candidate> {
+    if stage == Stage::DeadZone {
+        return best_dead_zone(cost, beside);
+    }
     let terms = if stage.has_units_of_its_axes() {
         by_kind(stage, cost, beside)?
     } else {
@@ -60,6 +64,24 @@ pub(super) fn best_single(
         }
     };
     Some(Candidate::new(all, cost))
+}
+
+/// The best dead zone beside terms; those of its gains that are not worth their price are left out.
+fn best_dead_zone(cost: &Cost<'_>, beside: &[Term]) -> Option<Candidate> {
+    let is_a_gain = |term: &Term| matches!(term.stage, Stage::Gain | Stage::Direction);
+    let others: Vec<Term> = beside.iter().filter(|t| !is_a_gain(t)).cloned().collect();
+    let terms = by_kind(Stage::DeadZone, cost, &others)?;
+    let refine = |terms: Vec<Term>| Candidate::new(refined(terms, cost), cost);
+    let mut best = refine([&others[..], &terms].concat());
+    for stage in [Stage::Direction, Stage::Gain] {
+        let mut fewer = best.terms.clone();
+        fewer.retain(|term| term.stage != stage);
+        let fewer = refine(fewer);
+        if fewer.priced(cost) < best.priced(cost) {
+            best = fewer;
+        }
+    }
+    Some(best)
 }
 
 /// The last term on other axes, where these explain clearly more: the grid that they were chosen on
@@ -153,50 +175,62 @@ fn best_scope(
 
 /// Translations and rotations with a value each, as far as both gain by it.
 fn by_kind(stage: Stage, cost: &Cost<'_>, beside: &[Term]) -> Option<Vec<Term>> {
-    let bare = cost.of_axes(beside, &cost.active);
-    let mut kinds: Vec<(f64, Term)> = Vec::new();
+    let mut kinds: Vec<(f64, Vec<Term>)> = Vec::new();
     for kind in [0..3_usize, 3..6] {
         let axes: [bool; 6] = std::array::from_fn(|a| kind.contains(&a) && cost.active[a]);
         if !axes.contains(&true) {
             continue;
         }
-        let of = |(values, costs): (Vec<f64>, [AxisCost; 6])| {
-            let mixed = std::array::from_fn(|a| if axes[a] { costs[a] } else { bare[a] });
-            (cost.total(&mixed), values)
-        };
-        let best = table(stage, &axes, cost, beside).into_iter().map(of);
-        let mut values = best.min_by(|a, b| a.0.total_cmp(&b.0))?.1;
-        if stage == Stage::CommandStep
-            && let Some(step) = best_step(&axes, cost)
-        {
-            values = vec![step];
-        }
-        let mut term = vec![Term {
-            stage,
-            values,
-            axes,
-        }];
-        // The grid is coarse: where there is something to explain, a kind is judged by its best
-        // value.
         let of_kind = |terms: &[Term]| {
             let all = [beside, terms].concat();
             cost.total(&cost.of_axes(&all, &axes))
         };
+        let Some(mut terms) = of_axes(stage, &axes, cost, beside) else {
+            continue;
+        };
+        // The grid is coarse: where there is something to explain, a kind is judged by its best
+        // value.
         let noise = AT_NOISE * AT_NOISE * cost.count_of(&axes) as f64;
         if of_kind(&[]) > noise {
-            term = improved(term, cost, &of_kind);
+            terms = improved(terms, cost, &of_kind);
         }
-        if !stage.holds(kind.start == 3, &term[0].values) {
+        if !stage.holds(kind.start == 3, &terms[0].values) {
             continue;
         }
-        kinds.push((of_kind(&[]) - of_kind(&term), term.swap_remove(0)));
+        kinds.push((of_kind(&[]) - of_kind(&terms), terms));
     }
     kinds.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut terms: Vec<Term> = Vec::new();
-    for (gain, term) in kinds {
+    for (gain, of_kind) in kinds {
         if terms.is_empty() || gain > threshold(0.0) + evidence::price(cost.count()) {
-            terms.push(term);
+            terms.extend(of_kind);
         }
     }
     (!terms.is_empty()).then_some(terms)
+}
+
+/// The best value of a stage for all axes of one kind, on a grid or as it is sought otherwise.
+fn of_axes(stage: Stage, axes: &[bool; 6], cost: &Cost<'_>, beside: &[Term]) -> Option<Vec<Term>> {
+    let term = |values| {
+        vec![Term {
+            stage,
+            values,
+            axes: *axes,
+        }]
+    };
+    let sought = match stage {
+        Stage::CommandStep => best_step(axes, cost).map(|step| term(vec![step])),
+        Stage::DeadZone => return best_zone(axes, cost, beside),
+        _ => None,
+    };
+    let bare = cost.of_axes(beside, &cost.active);
+    let on_grid = || {
+        let of = |(values, costs): (Vec<f64>, [AxisCost; 6])| {
+            let mixed = std::array::from_fn(|a| if axes[a] { costs[a] } else { bare[a] });
+            (cost.total(&mixed), values)
+        };
+        let best = table(stage, axes, cost, beside).into_iter().map(of);
+        best.min_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    sought.or_else(|| on_grid().map(|best| term(best.1)))
 }

@@ -51,6 +51,18 @@ impl Candidate {
         ids
     }
 
+    /// Number of its effects; the gains of what lies beyond a dead zone belong to the zone.
+    pub(super) fn causes(&self) -> usize {
+        let has = |stage| self.terms.iter().any(|term| term.stage == stage);
+        let of_zone = [Stage::Gain, Stage::Direction]
+            .into_iter()
+            .filter(|s| has(*s));
+        match has(Stage::DeadZone) {
+            true => self.ids().len() - of_zone.count(),
+            false => self.ids().len(),
+        }
+    }
+
     /// χ² with the price of the parameters and the prior odds of the effects.
     pub(super) fn priced(&self, cost: &Cost<'_>) -> f64 {
         let price = evidence::price(cost.count());

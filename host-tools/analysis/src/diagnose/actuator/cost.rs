@@ -74,7 +74,7 @@ pub(crate) struct Cost<'a> {
 /// Costs of the axes with the actuators that were tried. Most terms act on some axes only, and a
 /// search comes back to the best ones: simulating is what costs.
 #[derive(Default)]
-struct Known([Mutex<HashMap<[u64; 18], AxisCost>>; 6]);
+struct Known([Mutex<HashMap<[u64; 21], AxisCost>>; 6]);
 
 impl Known {
     fn get_or(&self, axis: usize, chain: &Chain, cost: impl FnOnce() -> AxisCost) -> AxisCost {
@@ -208,6 +208,11 @@ impl<'a> LogCost<'a> {
         for (gradient, column) in cost.gradient.iter_mut().zip(&self.jacobian[axis]) {
             *gradient += scale * dot(&residual, column);
         }
+    }
+
+    /// Number of its cycles.
+    pub(crate) fn cycle_count(&self) -> usize {
+        self.log.cycle_count()
     }
 
     /// Duration of a cycle, s.

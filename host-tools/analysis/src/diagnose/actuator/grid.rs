@@ -12,19 +12,23 @@ pub(super) fn grid(spec: &Spec) -> Vec<f64> {
 
 /// Value at a place 0 to 1 in the range of a parameter.
 pub(super) fn place(spec: &Spec, at: f64) -> f64 {
-    if spec.by_ratio {
-        spec.low * (spec.high / spec.low).powf(at)
-    } else {
-        spec.low + (spec.high - spec.low) * at
+    match spec.ratio_from {
+        Some(from) => {
+            let [low, high] = [spec.low - from, spec.high - from];
+            from + low * (high / low).powf(at)
+        }
+        None => spec.low + (spec.high - spec.low) * at,
     }
 }
 
 /// Place of a value in its range.
 pub(super) fn place_of(spec: &Spec, value: f64) -> f64 {
-    if spec.by_ratio {
-        (value / spec.low).ln() / (spec.high / spec.low).ln()
-    } else {
-        (value - spec.low) / (spec.high - spec.low)
+    match spec.ratio_from {
+        Some(from) => {
+            let [low, high] = [spec.low - from, spec.high - from];
+            ((value - from) / low).ln() / (high / low).ln()
+        }
+        None => (value - spec.low) / (spec.high - spec.low),
     }
 }
 

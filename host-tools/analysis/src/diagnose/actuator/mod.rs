@@ -7,6 +7,7 @@
 mod alone;
 mod candidate;
 mod cost;
+mod dead_zone;
 mod finding;
 mod forms;
 mod grid;

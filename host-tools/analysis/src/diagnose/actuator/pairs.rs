@@ -27,6 +27,10 @@ pub(super) fn best_pair(singles: &[Candidate], cost: &Cost<'_>) -> Option<Candid
     let pairs: Vec<(&[Term], &[Term])> = (0..blocks.len())
         .flat_map(|i| (i + 1..blocks.len()).map(move |k| (i, k)))
         .map(|(i, k)| (blocks[i], blocks[k]))
+        .filter(|(a, b)| {
+            a.iter()
+                .all(|term| b.iter().all(|other| other.stage.id() != term.stage.id()))
+        })
         .collect();
     let mut grids: Vec<(f64, PairGrid<'_>)> = pairs
         .par_iter()

@@ -16,6 +16,10 @@ pub(super) fn improved(
     logs: &Cost<'_>,
     cost: &dyn Fn(&[Term]) -> f64,
 ) -> Vec<Term> {
+    /// Steps of a simplex of few parameters.
+    const FEWEST_STEPS: usize = 60;
+    /// Steps for each of many.
+    const STEPS_EACH: usize = 20;
     let on_grid = OnGrid {
         specs: terms
             .iter()
@@ -33,7 +37,8 @@ pub(super) fn improved(
         vec![bottom(low, high, |at| cost(&on_grid.at(&[at]))).0]
     } else {
         let scale: Vec<f64> = width.iter().map(|w| 0.4 * w).collect();
-        nelder_mead(&start, &scale, 60, |places| {
+        let steps = FEWEST_STEPS.max(STEPS_EACH * start.len());
+        nelder_mead(&start, &scale, steps, |places| {
             let outside: f64 = places.iter().map(|p| (p - p.clamp(0.0, 1.0)).abs()).sum();
             cost(&on_grid.at(places)) * (1.0 + outside)
         })

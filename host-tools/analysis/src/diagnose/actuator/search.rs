@@ -124,7 +124,7 @@ fn climbed(
     if let Some(pair) = best_pair(singles, cost).filter(|pair| better(pair, &now)) {
         now = pair;
     }
-    while now.ids().len() < MOST && level(now.chi2, cost) > AT_NOISE {
+    while now.causes() < MOST && level(now.chi2, cost) > AT_NOISE {
         let new = |c: &&Candidate| !c.ids().iter().any(|id| now.ids().contains(id));
         let stages: Vec<Stage> = singles
             .iter()

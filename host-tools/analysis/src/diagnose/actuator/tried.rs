@@ -14,8 +14,8 @@ pub(crate) struct Spec {
     pub low: f64,
     /// Largest value.
     pub high: f64,
-    /// Values are spread by ratio, not by difference.
-    pub by_ratio: bool,
+    /// Values are spread by the ratio of their distances from this one; None: evenly.
+    pub ratio_from: Option<f64>,
     /// Values on the first grid.
     pub grid: usize,
 }
@@ -26,7 +26,7 @@ const fn spec(name: &'static str, unit: &'static str, low: f64, high: f64, grid:
         unit,
         low,
         high,
-        by_ratio: true,
+        ratio_from: Some(0.0),
         grid,
     }
 }
@@ -89,10 +89,26 @@ pub(crate) fn specs(stage: Stage, scale: &Scale) -> Vec<Spec> {
         Stage::PlannerJerk => jerk(scale.sent_velocity, scale.sent_jerk),
         Stage::DriveVelocity => velocity(scale.velocity),
         Stage::PlannerVelocity => velocity(scale.sent_velocity),
+        // A scale that was guessed may be far off: the ratio of two gains counts.
         Stage::Gain => vec![Spec {
-            by_ratio: false,
-            ..spec("gain_error", "-", -0.3, 0.3, 7)
+            ratio_from: Some(-1.0),
+            ..spec("gain_error", "-", -0.95, 20.0, 25)
         }],
+        Stage::Direction => vec![Spec {
+            ratio_from: None,
+            ..spec("asymmetry", "-", -0.95, 0.95, 13)
+        }],
+        Stage::DeadZone => {
+            let fastest = scale.sent_velocity;
+            let centre = spec("centre_m_s", "m/s", -0.9 * fastest, 0.9 * fastest, 7);
+            vec![
+                spec("width_m_s", "m/s", 5e-3 * fastest, 1.8 * fastest, 8),
+                Spec {
+                    ratio_from: None,
+                    ..centre
+                },
+            ]
+        }
         Stage::Backlash => {
             let known = backlash::EFFECT.parameters.first();
             let [_, widest] = known.map_or([0.0; 2], |width| width.range(scale.rotates));
@@ -114,9 +130,9 @@ pub(crate) fn specs(stage: Stage, scale: &Scale) -> Vec<Spec> {
 pub(super) fn at_an_end(stage: Stage, spec: &Spec, value: f64) -> [bool; 2] {
     /// Part of the range of a search that is its end.
     const END: f64 = 0.01;
-    let reach = match spec.by_ratio {
-        true => [END * spec.low, END * spec.high],
-        false => [END * (spec.high - spec.low); 2],
+    let reach = match spec.ratio_from {
+        Some(from) => [END * (spec.low - from), END * (spec.high - from)],
+        None => [END * (spec.high - spec.low); 2],
     };
     let is_sought = stage != Stage::CommandStep;
     [

@@ -144,7 +144,9 @@ fn clock_stage(model: &Model, logs: &Logs<Log>, question: &Question<'_>) -> Cloc
         known(&train) > 0.0 && said.all(of)
     };
     let gain: f64 = found.iter().map(|clock| clock.jitter_gain).sum();
-    let jitters = tries(clock_jitter::EFFECT.id) && gain > super::SIGNIFICANT;
+    // What scatters from cycle to cycle does not pass a low-pass.
+    let filtered = model.sensor.filter.is_some();
+    let jitters = tries(clock_jitter::EFFECT.id) && !filtered && gain > super::SIGNIFICANT;
     ClockFinding {
         jitter: jitters.then(|| train.jitter(gain)),
         rate: (tries(clock_rate::EFFECT.id)

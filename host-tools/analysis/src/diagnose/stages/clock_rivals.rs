@@ -95,7 +95,9 @@ pub(crate) fn run_stages(
 
 /// A scatter of the instants that all logs show.
 fn jitter(found: &StageResults, model: &Model, question: &Question<'_>) -> Option<Jitter> {
-    let shown = found.scatter.iter().all(PoseScatter::is_significant);
+    // A low-pass takes away what differs from cycle to cycle: what bends behind it is the motion.
+    let shown =
+        model.sensor.filter.is_none() && found.scatter.iter().all(PoseScatter::is_significant);
     let gain = found.scatter.iter().map(|s| s.gain).sum();
     let first = found.scatter.first()?;
     let jitter = Jitter {
@@ -148,7 +150,9 @@ fn alternatives(
     let rate = of_all_axes(actuator, Stage::Gain).or(question
         .asks_for(clock_rate::EFFECT.id)
         .then_some(found.proportion));
-    if let Some(rate) = rate.filter(|_| question.tries(model, clock_rate::EFFECT.id)) {
+    let of_a_clock = |rate: &(f64, f64)| clock_rate::EFFECT.parameters[0].is_plausible(rate.0);
+    let tried = question.tries(model, clock_rate::EFFECT.id);
+    if let Some(rate) = rate.filter(of_a_clock).filter(|_| tried) {
         let clock = ClockFinding {
             jitter,
             rate: Some(rate),

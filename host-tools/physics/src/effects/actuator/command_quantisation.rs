@@ -20,7 +20,7 @@ pub const EFFECT: Effect = Effect {
         .of_rotations(0.0, 1.0)
         .hidden(2e-3, 4e-3)
         .pictured(0.005)],
-    confused_with: &["zero_cross_pause", "backlash"],
+    confused_with: &["command_deadzone", "zero_cross_pause", "backlash"],
     tell_apart: "a slow ramp of the velocity through zero: the stairs stand at the same velocities each time; a \
                  pause or a play happens only where the velocity changes sign",
     law: Law::Actuator(Actuator {

@@ -1,11 +1,13 @@
 //! From the commanded velocity of an axis to the executed one, in this order: rounding of the
-//! command, transport delay, then lag, servo or structural mode, then the pause at a zero crossing,
+//! command, its dead zone, gain by direction, transport delay, then lag, servo or structural mode, then the pause at a zero crossing,
 //! then limits of acceleration, jerk and velocity, at last gain and play of the drive.
 
 pub mod actuation_delay;
 pub mod actuation_lag;
 pub mod backlash;
+pub mod command_deadzone;
 pub mod command_quantisation;
+pub mod gain_by_direction;
 pub mod jerk_limit;
 pub mod rate_limit;
 pub mod second_order_servo;
@@ -16,7 +18,9 @@ pub mod zero_cross_pause;
 
 use actuation_lag::FirstOrderLag;
 use backlash::Backlash;
+use command_deadzone::CommandDeadZone;
 use command_quantisation::CommandQuantisation;
+use gain_by_direction::GainByDirection;
 use jerk_limit::JerkLimit;
 use rate_limit::RateLimit;
 use second_order_servo::SecondOrderServo;
@@ -27,8 +31,12 @@ use zero_cross_pause::ZeroCrossingPause;
 /// A stage of one axis: mean velocity over a step in, mean velocity out.
 #[derive(Clone, Debug)]
 pub enum AxisStage {
-    /// Rounding of the command, before the transport delay.
+    /// Rounding of the command.
     Rounding(CommandQuantisation),
+    /// Dead zone of the command.
+    DeadZone(CommandDeadZone),
+    /// Gain of a command by its direction.
+    Direction(GainByDirection),
     /// First-order lag.
     Lag(FirstOrderLag),
     /// Second-order response, well damped or not.
@@ -48,10 +56,20 @@ pub enum AxisStage {
 }
 
 impl AxisStage {
+    /// Whether it changes a command when it is sent, before the transport delay.
+    pub fn is_of_the_command(&self) -> bool {
+        matches!(
+            self,
+            Self::Rounding(_) | Self::DeadZone(_) | Self::Direction(_)
+        )
+    }
+
     /// One step.
     pub fn advance(&mut self, velocity: f64) -> f64 {
         match self {
             Self::Rounding(stage) => stage.apply(velocity),
+            Self::DeadZone(stage) => stage.apply(velocity),
+            Self::Direction(stage) => stage.apply(velocity),
             Self::Lag(stage) => stage.advance(velocity),
             Self::Servo(stage) => stage.advance(velocity),
             Self::Pause(stage) => stage.advance(velocity),

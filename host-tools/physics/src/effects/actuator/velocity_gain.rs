@@ -14,12 +14,13 @@ pub const EFFECT: Effect = Effect {
     equation: "v = (1 + gain_error) u",
     source: "textbook (gain error); override and unit mistakes of a robot program act so",
     signature: "the error is proportional to the velocity at all times, without delay or distortion",
-    typical: "below 1 %, except after a mistake in units or in the robot's override",
-    parameters: &[Parameter::new("gain_error", "-", -0.5, 0.5)
+    typical: "below 1 %, except after a mistake in units or in the robot's override, or where the command is a voltage or \
+              a valve's opening whose scale was guessed",
+    parameters: &[Parameter::new("gain_error", "-", -0.95, 20.0)
         .hidden(0.04, 0.1)
         .either_sign()
         .pictured(-0.15)],
-    confused_with: &["velocity_saturation", "clock_rate"],
+    confused_with: &["velocity_saturation", "gain_by_direction", "clock_rate"],
     tell_apart: "a jog over a measured distance: with a wrong gain executed and commanded velocity differ, with a \
                  wrong clock only the distance does",
     law: Law::Actuator(Actuator {
@@ -36,9 +37,9 @@ pub struct VelocityGain {
 }
 
 impl VelocityGain {
-    /// `gain_error` −1 (stands still) to 1 (twice as fast).
+    /// `gain_error` −1 (stands still) to 100.
     pub fn new(gain_error: f64) -> Result<Self, SettingsError> {
-        in_range("gain_error", gain_error, -1.0, 1.0)?;
+        in_range("gain_error", gain_error, -1.0, 100.0)?;
         Ok(Self {
             gain: 1.0 + gain_error,
         })
@@ -58,6 +59,6 @@ mod tests {
     fn ten_percent_slow() {
         let axis = VelocityGain::new(-0.1).unwrap();
         assert!((axis.apply(0.5) - 0.45).abs() < 1e-15);
-        assert_eq!(VelocityGain::new(1.5).unwrap_err().received, 1.5);
+        assert_eq!(VelocityGain::new(-1.5).unwrap_err().received, -1.5);
     }
 }

@@ -115,6 +115,14 @@ const MOTIONS: &[MotionCase] = &[
     ),
     ("velocity_gain", &[("gain_error", 0.1)], false, 0.2, 1e-9),
     ("backlash", &[("width_m", 4e-4)], false, -0.2, 1e-9),
+    (
+        "command_deadzone",
+        &[("width_m_s", 4e-3), ("centre_m_s", 1e-3)],
+        false,
+        -0.6,
+        1e-9,
+    ),
+    ("gain_by_direction", &[("asymmetry", 0.1)], false, 0.2, 1e-9),
     ("clock_rate", &[("rate_error", 0.05)], false, 0.1, 1e-9),
 ];
 
