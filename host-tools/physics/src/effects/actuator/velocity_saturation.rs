@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
     source: "robot data sheets; reduced-velocity mode T1 of robot controllers (250 mm/s)",
     signature: "executed velocity has flat tops at one height where the command is larger",
     typical: "250 mm/s in the reduced-velocity mode; a configured limit of corrections may be some mm/s",
-    parameters: &[Parameter::new("max_velocity_m_s", "m/s", 1e-5, 10.0)
+    parameters: &[Parameter::new("max_velocity_m_s", "m/s", 1e-5, 100.0)
         .of_rotations(1e-5, 100.0)
         .hidden(0.02, 0.03)
         .pictured(0.012)],
