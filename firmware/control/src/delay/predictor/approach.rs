@@ -84,6 +84,11 @@ impl Approach {
         self.cycles >= APPROACH_WINDOW || self.speed < SLOWEST_APPROACH
     }
 
+    /// Something is touched: what was not seen by now stays unknown, as the motion is straight no more.
+    pub(super) fn end(&mut self) {
+        self.cycles = APPROACH_WINDOW;
+    }
+
     /// A cycle: the position at its end, the command of its beginning. Answers by how many cycles
     /// the delay is to be changed.
     pub(super) fn take(&mut self, position: &V6, command: &V6, model: &RobotModel) -> Option<f64> {

@@ -1,12 +1,14 @@
 //! The law between two walls.
 
 use super::*;
-use crate::delay::docking::{Docking, STIFFNESS, believed, between_walls, robot};
+use crate::delay::docking::{Docking, STIFFNESS, believed, between_walls, robot, walls};
 use crate::delay::status::ConfidenceLevel;
 use crate::delay::{Law, LawName};
 use crate::modes::FaultCode;
 use softdock_delay_plants::truth::Bounce;
-use softdock_delay_plants::{Actuator, DelayChange, Dynamics, ForceLaw, Measurement, Wall};
+use softdock_delay_plants::{
+    Actuator, DelayChange, Dynamics, ForceLaw, Measurement, PlantSettings, Wall,
+};
 
 fn predictor(docking: &Docking) -> &Predictor {
     match &docking.law {
@@ -181,6 +183,27 @@ fn a_robot_that_is_later_than_believed_is_noticed_on_the_approach() {
         assert!(apart.abs() < 1e-9, "{apart}");
         let restitution = docking.bounce();
         assert!((restitution - 1.0).abs() < 2e-3, "{delay_s}: {restitution}");
+    }
+}
+
+/// After 1 mm, in 0.26 s of the 0.35 s of an approach: what comes back from the wall is not fitted as if it still came.
+#[test]
+fn a_contact_before_the_approach_is_over_ends_it() {
+    let near = PlantSettings {
+        contact: walls(&[0.001, -0.006], 0.0),
+        ..between_walls(robot(), 0.0, Measurement::default())
+    };
+    let mut docking = Docking::new(&believed(LawName::Predictor, &robot()), &near, 0.005);
+    for n in 0..3 {
+        let restitution = docking.bounce();
+        assert!((restitution - 1.0).abs() < 1e-3, "{n}: {restitution}");
+        docking.run(60);
+        assert!(
+            (docking.status.delay_s - 0.032).abs() < 4e-4,
+            "{n}: {:?}",
+            docking.status
+        );
+        assert_eq!(docking.fault, None);
     }
 }
 

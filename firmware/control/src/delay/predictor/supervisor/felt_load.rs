@@ -77,13 +77,14 @@ impl Supervisor {
 
     #[inline(never)]
     fn begin_contact<S: Scalar>(
-        &self,
+        &mut self,
         observer: &Observer,
         contact: &mut Option<Contact>,
         input: &LawInput<'_, S>,
         velocity: &V6,
         threshold: f64,
     ) {
+        self.approach.end();
         let mobility = observer.mobility(input);
         let load = -observer.load;
         let (h, bh) = direction(&load, &mobility);
