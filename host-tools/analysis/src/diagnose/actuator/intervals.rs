@@ -12,7 +12,7 @@ use nalgebra::DMatrix;
 use softdock_physics::model::stage::Stage;
 use softdock_physics::optimise::brent;
 use softdock_report::number;
-use softdock_statistics::DEVIATIONS_95;
+use softdock_statistics::{DEVIATIONS_95, correlated_cycles, dot};
 
 /// 2 Δ log L at the ends of a 95 % interval of one parameter (χ² with one degree of freedom).
 const LIKELY_95: f64 = DEVIATIONS_95 * DEVIATIONS_95;
@@ -46,8 +46,8 @@ struct Profile<'a> {
     train: &'a Cost<'a>,
     flat: Vec<f64>,
     least: f64,
-    /// By how much χ² per value exceeds that of noise: a model that is not perfect has less right
-    /// to narrow intervals.
+    /// By how much χ² per value exceeds that of noise, times the successive values that count as one: a model that is not
+    /// perfect has less right to narrow intervals, and errors of a form go on for many cycles.
     excess: f64,
 }
 
@@ -63,7 +63,7 @@ impl<'a> Profile<'a> {
             train,
             flat,
             least,
-            excess: (least / train.count().max(1) as f64).max(1.0),
+            excess: (least / train.count().max(1) as f64).max(1.0) * correlated(terms, train),
         }
     }
 
@@ -106,6 +106,17 @@ impl<'a> Profile<'a> {
             self.at(&alone)
         })
     }
+}
+
+/// Successive values of what terms leave that count as one: the mean over logs and axes by their share of χ².
+fn correlated(terms: &[Term], train: &Cost<'_>) -> f64 {
+    let white = train.white(terms);
+    let left = white.iter().flatten().filter(|series| !series.is_empty());
+    let (sum, squares) = left.fold((0.0, 0.0), |(sum, squares), series| {
+        let own = dot(series, series);
+        (sum + own * correlated_cycles(series), squares + own)
+    });
+    if squares > 0.0 { sum / squares } else { 1.0 }
 }
 
 /// The value of the fit is that of exact nominal parameters. The interval holds it, and lies around
