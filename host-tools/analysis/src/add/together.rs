@@ -16,8 +16,8 @@ use std::collections::BTreeMap;
 /// A model whose effects were fitted together, and their parameters.
 type Fitted = (Model, Parameters);
 
-/// Fits the effects that the model had anew, together with what was fitted or named beside them: by least squares in the forms
-/// that they have, and by a search that chooses the forms. The report says what foretells unseen data best, if that is not what it
+/// Fits the effects that the model had anew, together with what was fitted or named beside them, or several of these together: by
+/// least squares in the forms that they have, and of what the model had by a search that chooses the forms. The report says what foretells unseen data best, if that is not what it
 /// says already; what moved is returned. The nominal parameters stay.
 ///
 /// # Errors
@@ -25,16 +25,19 @@ type Fitted = (Model, Parameters);
 /// A recording that cannot be predicted.
 pub fn refit_beside(model: &Model, report: &mut Report, logs: &Logs) -> Result<Vec<Refitted>> {
     let named = &report.diagnosis.effects;
-    if named.is_empty() || !model.effects.iter().any(EffectModel::was_fitted) {
+    let has_fitted = model.effects.iter().any(EffectModel::was_fitted);
+    if named.is_empty() || (named.len() < 2 && !has_fitted) {
         return Ok(Vec::new());
     }
     let parts = logs.parted();
     let [train, test] = parts.each_ref().map(|logs| refs(logs));
     let mut ways = vec![refitted(&report.after, model.effects.len(), &train)?];
-    let (found, finds_all) = search(model, named, logs)?;
-    // What has seen the test foretells it too well.
-    if finds_all && found.diagnosis.of_all_logs.is_none() {
-        ways.push((found.after, found.diagnosis.parameters));
+    if has_fitted {
+        let (found, finds_all) = search(model, named, logs)?;
+        // What has seen the test foretells it too well.
+        if finds_all && found.diagnosis.of_all_logs.is_none() {
+            ways.push((found.after, found.diagnosis.parameters));
+        }
     }
     let errors = ways.iter().map(|way| error(&way.0, &test));
     let errors = errors.collect::<Result<Vec<f64>>>()?;

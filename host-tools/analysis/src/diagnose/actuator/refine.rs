@@ -50,7 +50,7 @@ pub(super) fn improved(
     } else {
         terms
     };
-    middle_of_plateaus(found, logs.cycle_s(), cost)
+    middle_of_plateaus(found, logs, cost)
 }
 
 /// Terms whose parameters are places on their grid, 0 to 1.
@@ -101,17 +101,19 @@ pub(super) fn bottom(low: f64, high: f64, cost: impl FnMut(f64) -> f64) -> (f64,
 /// Where the cost is flat around its minimum, the middle of the flat is the estimate.
 fn middle_of_plateaus(
     mut terms: Vec<Term>,
-    cycle_s: f64,
+    logs: &Cost<'_>,
     cost: &dyn Fn(&[Term]) -> f64,
 ) -> Vec<Term> {
     for i in 0..terms.len() {
         let centre = terms[i].values[0];
-        let Some(step) = plateau_step(terms[i].stage, centre, cycle_s) else {
+        let Some(step) = plateau_step(terms[i].stage, centre, logs.cycle_s()) else {
             continue;
         };
+        let tried = specs(terms[i].stage, &logs.scale(&terms[i].axes));
+        let highest = tried.first().map_or(f64::INFINITY, |spec| spec.high);
         let mut scanned: Vec<(f64, f64)> = Vec::new();
         for k in -12..=12 {
-            let value = (centre + f64::from(k) * step).max(step);
+            let value = (centre + f64::from(k) * step).clamp(step, highest.max(step));
             let mut shifted = terms.clone();
             shifted[i].values[0] = value;
             scanned.push((value, cost(&shifted)));

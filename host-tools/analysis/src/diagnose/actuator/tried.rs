@@ -112,7 +112,7 @@ pub(crate) fn specs(stage: Stage, scale: &Scale) -> Vec<Spec> {
         Stage::Backlash => {
             let known = backlash::EFFECT.parameters.first();
             let [_, widest] = known.map_or([0.0; 2], |width| width.range(scale.rotates));
-            let grid = if scale.rotates { 30 } else { 20 };
+            let grid = if scale.rotates { 36 } else { 26 };
             vec![spec("width_m", "m", 1e-6, widest, grid)]
         }
         Stage::CommandStep => vec![spec(
@@ -250,7 +250,7 @@ mod tests {
             let scale = Scale::of(std::iter::empty(), 0.004, rotates);
             specs(Stage::Backlash, &scale)[0].high
         };
-        assert_eq!([false, true].map(widest), [0.002, 0.1]);
+        assert_eq!([false, true].map(widest), [0.02, 1.0]);
     }
 
     #[test]

@@ -16,9 +16,9 @@ pub const EFFECT: Effect = Effect {
     source: "textbook (play operator of a gear)",
     signature: "executed velocity is zero after each reversal until the drive has travelled the width; the pose \
                 lags by half the width on either side",
-    typical: "0.01 to 0.2 mm at the flange of a worn gear",
-    parameters: &[Parameter::new("width_m", "m", 0.0, 0.002)
-        .of_rotations(0.0, 0.1)
+    typical: "0.01 to 0.2 mm at the flange of a worn gear; 0.3 rad of a wrist that is driven by slack cables",
+    parameters: &[Parameter::new("width_m", "m", 0.0, 0.02)
+        .of_rotations(0.0, 1.0)
         .hidden(2e-4, 5e-4)
         .pictured(0.0005)],
     confused_with: &[
@@ -45,9 +45,9 @@ pub struct Backlash {
 }
 
 impl Backlash {
-    /// `width_m` 0 (no effect) to 0.1 m, `step_s` in s.
+    /// `width_m` 0 (no effect) to 1 m or rad, `step_s` in s.
     pub fn new(width_m: f64, step_s: f64) -> Result<Self, SettingsError> {
-        in_range("width_m", width_m, 0.0, 0.1)?;
+        in_range("width_m", width_m, 0.0, 1.0)?;
         check_step(step_s)?;
         Ok(Self {
             half_width: 0.5 * width_m,
