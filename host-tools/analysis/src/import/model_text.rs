@@ -181,7 +181,7 @@ at_rest = {}
         add(
             text,
             format_args!(
-                "# Every channel went through it when it was imported, forwards and backwards.
+                "# What was measured went through it when it was imported, forwards and backwards.
 filter = {{ order = {}, cutoff_hz = {:?} }}
 ",
                 filter.order, filter.cutoff_hz

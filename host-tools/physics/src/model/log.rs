@@ -3,7 +3,7 @@
 use crate::model::load::turned_since_first;
 use crate::model::prediction::robot_axes::Turned;
 use crate::model::prediction::signals::{Signals, Step, VelocityMeaning};
-use crate::model::{Model, NoiseModel};
+use crate::model::{FilterModel, Model, NoiseModel};
 use anyhow::ensure;
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use softdock_actuator::Reading;
@@ -34,6 +34,8 @@ pub struct Log {
     pub wrench: Series,
     /// The wrench of this cycle is new.
     pub fresh: Vec<bool>,
+    /// What the executed rates went through when they were imported.
+    pub filter: Option<FilterModel>,
     /// Noise of the executed velocity by data sheet.
     pub velocity_sigma: [f64; 6],
     /// First cycle of the stretch in the recording.
@@ -114,6 +116,7 @@ impl Log {
                 .clone()
                 .map(|n| signals.sampled_in(n) == Some(n))
                 .collect(),
+            filter: model.sensor.filter,
             velocity_sigma: signals.velocity_sigma(model),
             first: range.start,
             of_a_rig: signals.is_of_a_rig(),

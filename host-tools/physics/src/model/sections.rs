@@ -4,7 +4,7 @@ use super::Axis;
 use serde::{Deserialize, Serialize};
 use softdock_control::settings::BodySettings;
 use softdock_mechanism::DockingSettings;
-use softdock_statistics::LowPassed;
+use softdock_statistics::{LowPass, LowPassed};
 
 /// Axes of the rig.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -141,7 +141,7 @@ pub struct SensorModel {
     /// Every cycle is a measurement of its own at rest: poses and wrenches have no motion
     /// between them.
     pub at_rest: bool,
-    /// The filter that wrench and motion went through when they were imported.
+    /// The filter that wrench and motion went through when they were imported; velocities that were sent did not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub filter: Option<FilterModel>,
 }
@@ -149,7 +149,7 @@ pub struct SensorModel {
 /// A zero-phase Butterworth low-pass (forward and backward).
 ///
 /// A linear load passes it as its motion does. A friction does not: its sign is taken from the
-/// filtered motion, so its force has to be filtered as the recorded one was.
+/// filtered motion, so its force has to be filtered as the recorded one was. So has the motion that follows from what was sent.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FilterModel {
@@ -160,6 +160,18 @@ pub struct FilterModel {
 }
 
 impl FilterModel {
+    /// What it makes of a series with samples so far apart.
+    pub fn zero_phase(&self, sample_time_s: f64, series: &[f64]) -> Vec<f64> {
+        LowPass::new(self.order, self.cutoff_hz * sample_time_s).zero_phase(series)
+    }
+
+    /// Samples from one on whose past or future is not known until what is filtered does not show it: to exp(−2π·2·0.38) = 1 % for
+    /// order 4.
+    pub fn settling(&self, sample_time_s: f64) -> usize {
+        const PERIODS: f64 = 2.0;
+        (PERIODS / (self.cutoff_hz * sample_time_s)).ceil() as usize
+    }
+
     /// As it acts on samples that are so far apart.
     pub fn on_samples(&self, sample_time_s: f64) -> LowPassed {
         LowPassed {

@@ -1,6 +1,6 @@
 //! How well an actuator explains the executed velocities of all logs.
 
-use super::tried::Scale;
+use super::tried::{Scale, slower};
 use crate::diagnose::evidence::strained;
 use crate::diagnose::noise::autoregressive::LEAST;
 use nalgebra::{SMatrix, SVector};
@@ -10,6 +10,7 @@ use softdock_physics::model::stage::Stage;
 use softdock_physics::model::{Model, ToleranceModel};
 use softdock_statistics::{Noise, dot, noise_floor};
 use std::collections::HashMap;
+use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 /// Tolerances that are spent: more delay, less delay, lag. A delay of whole cycles has another
@@ -146,9 +147,10 @@ impl<'a> LogCost<'a> {
         let sigma = self.sigma[axis];
         let change = other.iter().zip(predicted).map(|(o, p)| (o - p) / sigma);
         // Where the residual does not count its slope does not either.
+        let known = self.known();
         change
             .enumerate()
-            .map(|(n, c)| if n < self.settling { 0.0 } else { c })
+            .map(|(n, c)| if known.contains(&n) { c } else { 0.0 })
             .collect()
     }
 
@@ -160,42 +162,59 @@ impl<'a> LogCost<'a> {
         };
         let mut velocity = simulate(chain, &self.log.sent[axis], &timing, self.log.reading);
         timing.as_recorded(&mut velocity, self.log.reading);
-        velocity
+        match self.log.filter {
+            Some(filter) => filter.zero_phase(self.log.cycle_s, &velocity),
+            None => velocity,
+        }
     }
 
     /// Measured minus predicted.
     pub(crate) fn residual(&self, predicted: &[f64], axis: usize) -> Vec<f64> {
         let executed = self.log.executed[axis].iter();
         let mut residual: Vec<f64> = executed.zip(predicted).map(|(e, p)| e - p).collect();
-        // The past of the first cycles is not known.
-        let unknown = self.settling.min(residual.len());
-        residual[..unknown].fill(0.0);
+        // The past of the first cycles is not known, nor the future of the last ones, which a filter shows.
+        let known = self.known();
+        residual[..known.start].fill(0.0);
+        residual[known.end..].fill(0.0);
         residual
     }
 
+    /// Cycles whose past, and future where a filter shows it, are known.
+    pub(crate) fn known(&self) -> Range<usize> {
+        let count = self.log.cycle_count();
+        let end = count.saturating_sub(self.bent());
+        self.settling.min(end)..end
+    }
+
+    /// Cycles beside an end of the log in which a filter shows what is beyond.
+    fn bent(&self) -> usize {
+        let filter = self.log.filter;
+        filter.map_or(0, |filter| filter.settling(self.log.cycle_s))
+    }
+
     fn settling(&self, nominal: &Chain, active: &[bool; 6]) -> usize {
-        /// Longest past that a hypothesis may have beyond the nominal one, s.
+        /// Longest past that a hypothesis may have beyond the nominal one, s, of a drive as fast as a docking rig's.
         const PAST_S: f64 = 0.25;
-        let past_s = nominal.delay_s + 5.0 * nominal.lag_s + PAST_S;
-        // A log that starts at rest has no past: nothing was sent, or nothing moves yet.
-        let unsent = (0..6).all(|axis| {
-            let first = self.log.sent[axis].first().copied().unwrap_or(0.0);
-            first.abs() < 1e-9
-        });
-        if unsent || self.stands_still_at_first(nominal, active) {
+        let cycle_s = self.log.cycle_s;
+        let past_s = nominal.delay_s + 5.0 * nominal.lag_s + PAST_S * slower(cycle_s);
+        // A log that starts at rest has no past: nothing is sent or moves, or nothing moves yet.
+        let first = |series: &Vec<f64>| series.first().map_or(0.0, |first| first.abs());
+        let unsent = self.log.sent.iter().all(|series| first(series) < 1e-9);
+        if (unsent && self.stands_still(0, active))
+            || self.stands_still((nominal.delay_s / cycle_s) as usize, active)
+        {
             0
         } else {
-            (past_s / self.log.cycle_s) as usize + 1
+            (past_s / cycle_s) as usize + 1 + self.bent()
         }
     }
 
-    /// Whether no axis moves until the first command can arrive.
-    fn stands_still_at_first(&self, nominal: &Chain, active: &[bool; 6]) -> bool {
+    /// Whether no axis moves in the first cycle, of which a difference of poses is known in the one after it, and so many more.
+    fn stands_still(&self, more: usize, active: &[bool; 6]) -> bool {
         /// Deviations of the noise that are no motion.
         const STILL: f64 = 4.0;
-        let cycles = (nominal.delay_s / self.log.cycle_s) as usize + 1;
         (0..6).filter(|axis| active[*axis]).all(|axis| {
-            let first = self.log.executed[axis].iter().take(cycles);
+            let first = self.log.executed[axis].iter().take(more + 2);
             first.fold(0.0_f64, |m, v| m.max(v.abs())) < STILL * self.sheet_sigma[axis]
         })
     }

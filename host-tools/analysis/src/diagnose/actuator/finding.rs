@@ -105,5 +105,8 @@ fn left_apart(own: &[Vec<Term>], logs: &Logs<Log>, cost: &Cost<'_>, scatters: bo
 
 /// Level of what is left of each axis over the data sheet's noise.
 fn levels(log: &LogCost<'_>, white: &[Vec<f64>; 6]) -> [f64; 6] {
-    std::array::from_fn(|axis| rms(&white[axis]) * log.sigma[axis] / log.sheet_sigma[axis])
+    std::array::from_fn(|axis| {
+        let known = white[axis].get(log.known()).unwrap_or_default();
+        rms(known) * log.sigma[axis] / log.sheet_sigma[axis]
+    })
 }

@@ -175,7 +175,7 @@ pub(crate) struct Scale {
     /// The axes are rotations.
     pub rotates: bool,
     /// By how much slower than the slowest drive of a docking rig the drive of this log may be, 1 or more: who logs at a lower rate
-    /// has a slower machine.
+    /// has a slower machine ([`slower`]).
     pub slower: f64,
 }
 
@@ -183,6 +183,11 @@ pub(crate) struct Scale {
 const SLOWEST_CYCLES: f64 = 30.0;
 /// The same in s.
 const SLOWEST_S: f64 = 0.12;
+
+/// By how much slower than the slowest drive of a docking rig that of a log with such a cycle may be.
+pub(super) fn slower(cycle_s: f64) -> f64 {
+    (cycle_s * SLOWEST_CYCLES / SLOWEST_S).max(1.0)
+}
 
 impl Scale {
     /// Of sent and nominally executed velocities.
@@ -200,7 +205,7 @@ impl Scale {
             sent_acceleration: 0.0,
             sent_jerk: 0.0,
             nyquist_hz: 0.5 / cycle_s,
-            slower: (cycle_s * SLOWEST_CYCLES / SLOWEST_S).max(1.0),
+            slower: slower(cycle_s),
         };
         for (sent, nominal) in series {
             let [velocity, acceleration, jerk] = largest(nominal, cycle_s);

@@ -56,7 +56,7 @@ pub struct MappedLogs {
     pub train: Vec<Recording>,
     /// Logs that the fit must not see, if the mapping names any.
     pub test: Vec<Recording>,
-    /// What every channel went through.
+    /// What all went through that was measured.
     pub filtered: Option<Filtered>,
     /// What a model to start from says that no column tells.
     pub told: Told,

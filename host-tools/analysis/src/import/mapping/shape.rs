@@ -14,7 +14,7 @@ use std::ops::Range;
 /// Highest order whose sections are still well conditioned.
 const HIGHEST_ORDER: u32 = 12;
 
-/// Filters every channel alike between its gaps, and keeps every n-th row between the ends that are
+/// Filters alike all that was measured between its gaps, and keeps every n-th row between the ends that are
 /// left out; what gaps cost goes to `told`. Returns what is left of the noise.
 ///
 /// # Errors
@@ -35,12 +35,19 @@ pub(super) fn filter(
     unroll(channels);
     let filtered = filter.as_modelled().on_samples(1.0 / rate_hz);
     let noise = noise_behind(filtered, channels, &pieces);
-    for signal in channels.signals_mut() {
-        let parts = pieces
-            .iter()
-            .map(|piece| low_pass.zero_phase(&signal[piece.clone()]));
+    let by_piece = |signal: &mut Vec<f64>, of: &dyn Fn(&[f64]) -> Vec<f64>| {
+        let parts = pieces.iter().map(|piece| of(&signal[piece.clone()]));
         *signal = parts.collect::<Vec<_>>().concat();
+    };
+    // What was sent is known exactly, and a drive is not told it filtered.
+    let mut sent = channels.sent.take();
+    for signal in sent.iter_mut().flatten() {
+        by_piece(signal, &|sent| means_ahead(sent, decimate));
     }
+    for signal in channels.signals_mut() {
+        by_piece(signal, &|measured| low_pass.zero_phase(measured));
+    }
+    channels.sent = sent;
     let kept = rows_kept(&pieces, decimate, trimmed);
     let stretches = pieces.len();
     if trimmed > 0 && stretches > 1 {
@@ -58,6 +65,15 @@ pub(super) fn filter(
     channels.keep(|n| kept[n]);
     normalise(channels);
     Ok(noise)
+}
+
+/// Means of a series over so many rows, from each on: what was sent until the next row that is kept.
+fn means_ahead(series: &[f64], rows: usize) -> Vec<f64> {
+    let mean = |n: usize| {
+        let ahead = &series[n..series.len().min(n + rows)];
+        ahead.iter().sum::<f64>() / ahead.len() as f64
+    };
+    (0..series.len()).map(mean).collect()
 }
 
 /// What a filter will leave of the noise on what is measured, seen in the longest of the `pieces`; of orientations if they are angles.

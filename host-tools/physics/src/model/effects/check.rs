@@ -195,16 +195,10 @@ mod tests {
         ] {
             assert_eq!(refused("rate_limit", given), "nothing", "{given:?}");
         }
-        // A wrist of 720 deg/s, a joint's jerk, half a degree of play, a command in whole rpm.
+        // A joint's jerk, six degrees of play, a command in whole rpm.
         for (id, name, value, linear) in [
-            (
-                "velocity_saturation",
-                "max_velocity_rad_s",
-                12.6,
-                "max_velocity_m_s",
-            ),
             ("jerk_limit", "max_jerk_rad_s3", 12_500.0, "max_jerk_m_s3"),
-            ("backlash", "width_rad", 0.0087, "width_m"),
+            ("backlash", "width_rad", 0.1, "width_m"),
             ("command_quantisation", "step_rad_s", 0.105, "step_m_s"),
         ] {
             assert_eq!(refused(id, &[(name, value)]), "nothing");

@@ -4,7 +4,6 @@ use super::effects::{LEVEL, LoadEffect};
 use super::{Column, Scene, laws};
 use crate::effects::{Actuator, Law, Role, Values};
 use crate::model::{EffectModel, FilterModel, Model};
-use softdock_statistics::LowPass;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -202,9 +201,8 @@ fn known(model: &Model, effects: &[EffectModel]) -> Vec<Valued<'static>> {
 
 /// Through the filter of the import.
 fn through(filter: FilterModel, cycle_s: f64, mut part: Column) -> Column {
-    let filter = LowPass::new(filter.order, filter.cutoff_hz * cycle_s);
     for series in part.0.iter_mut().filter(|series| !series.is_empty()) {
-        *series = filter.zero_phase(series);
+        *series = filter.zero_phase(cycle_s, series);
     }
     part
 }

@@ -3,7 +3,8 @@
 //! A velocity, sent in cycle n, is held for a cycle and passes through the actuator of the model
 //! ([`softdock_actuator`]). A sampled velocity is compared with its end value, the difference
 //! of two poses with its mean. With whole cycles d of delay and the lag T this is
-//! `y(n) = e y(n−1) + (1−e) u(n−1−d)`, `e = exp(−Ts/T)`, at the end of a cycle.
+//! `y(n) = e y(n−1) + (1−e) u(n−1−d)`, `e = exp(−Ts/T)`, at the end of a cycle. Where an import has filtered what was measured,
+//! the answer to what was sent is filtered likewise.
 
 use super::retimed::velocity_delay_s;
 use super::signals::{Signals, Step, VelocityMeaning};
@@ -65,8 +66,11 @@ fn predict_run(
     let memory = memory_cycles(model, signals.cycle_s);
     // After a hole it is not known what is on its way.
     let after_hole = signals.steps[run.start] == Step::Hole && run.start > 0;
+    let filter = model.sensor.filter;
+    // Nor what came behind the end, which a filter forwards and backwards shows.
+    let bent = filter.map_or(0, |filter| filter.settling(signals.cycle_s));
     let unknown = if after_hole || begins_in_motion(model, signals, run.start) {
-        memory
+        memory + bent
     } else {
         0
     };
@@ -81,10 +85,14 @@ fn predict_run(
         chain.delay_s = (chain.delay_s + late_s).max(0.0);
         let mut rates = simulate(&chain, &commands.sent[axis], &timing, reading);
         timing.as_recorded(&mut rates, reading);
-        rates
+        match filter {
+            Some(filter) => filter.zero_phase(signals.cycle_s, &rates),
+            None => rates,
+        }
     });
     for (n, index) in run.clone().zip(&commands.indices) {
-        if n >= run.start + unknown && signals.executed(n).is_some() {
+        let is_known = (run.start + unknown..run.end.saturating_sub(bent)).contains(&n);
+        if is_known && signals.executed(n).is_some() {
             let rates = std::array::from_fn(|axis| axes[axis][*index]);
             let turned = signals.turned(n);
             predicted[n] = Some(turned.map_or(rates, |turned| turned.velocity(&rates)));
