@@ -1,7 +1,7 @@
 //! The comparison as tables, for the terminal and for the report.
 
 use super::series::ROUND_OFF_SIGMA;
-use super::{Comparison, Failure};
+use super::{ChannelError, Comparison, Failure};
 use softdock_physics::model::{Axis, Channel};
 use softdock_report::{Cell, Column, Mark, Table, number};
 
@@ -24,7 +24,9 @@ impl Comparison {
             Column::number("RMS error", "σ"),
             Column::number("Beyond noise", ""),
         ]);
-        for error in &self.channels {
+        // What is computed twice from the same numbers differs by round-off: not worth digits.
+        let is_noisy = |error: &&ChannelError| error.rms_sigma >= ROUND_OFF_SIGMA;
+        for error in self.channels.iter().filter(is_noisy) {
             let failure = self
                 .failures
                 .iter()
@@ -34,27 +36,17 @@ impl Comparison {
             } else {
                 Mark::Good
             };
-            // What is computed twice from the same numbers differs by round-off: not worth digits.
-            let sigma =
-                |value: f64| Cell::number(if value < ROUND_OFF_SIGMA { 0.0 } else { value }, 3);
-            let is_noisy = error.rms_sigma >= ROUND_OFF_SIGMA;
-            let rms = if is_noisy { error.rms } else { 0.0 };
-            let in_sigma = sigma(error.rms_expected_sigma);
             table.push(vec![
                 Cell::text(error.name.to_string()),
                 Cell::text(error.axis.to_string()),
-                Cell::number(rms, 3),
+                Cell::number(error.rms, 3),
                 Cell::text(error.unit),
-                if is_noisy {
-                    in_sigma.marked(mark)
-                } else {
-                    in_sigma
-                },
+                Cell::number(error.rms_expected_sigma, 3).marked(mark),
                 Cell::percent(failure.map_or(0.0, |f| f.share)),
             ]);
         }
         table.explained(
-            "✓ at the noise, ✗ the model fails, no mark: nothing was measured or it was computed from itself; σ is the noise to expect: 1 if the model is right",
+            "✓ at the noise, ✗ the model fails; what was not measured, or was computed from itself, is left out; σ is the noise to expect: 1 if the model is right",
         )
     }
 

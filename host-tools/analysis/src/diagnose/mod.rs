@@ -177,8 +177,8 @@ fn too_little(id: &str, ranked: &Ranked, rows: usize) -> String {
         );
     }
     format!(
-        "{falls}, together more than the {cost:.0} or so that a name takes (fitted parameters: {fitted}), but fitted to the one it does not foretell the \
-         other, or an error of the form of what the model has already may be as large; if something else is missing as well, \
+        "{falls}, together more than the {cost:.0} or so that a name takes (fitted parameters: {fitted}), but no more than \
+         an error of the form of what the model has already may make, or with amounts that the logs do not have in common; if something else is missing as well, \
          `softdock add` without an effect looks for all of it, with several it fits them together, and --force adds this one alone"
     )
 }

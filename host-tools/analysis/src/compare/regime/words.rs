@@ -6,6 +6,8 @@ use softdock_report::number;
 
 /// An offset with less than this share of the error is not worth a word.
 const OFFSET_SAID: f64 = 0.1;
+/// A share that rounds to the whole.
+const NEARLY_ALL: f64 = 0.995;
 /// Share of what depends on a quantity that a straight line has to explain to be called one ...
 const STRAIGHT: f64 = 0.9;
 /// ... and one value for each sign.
@@ -31,6 +33,10 @@ impl Regime {
                 "{percent} {beyond} stands where {} ({} of the time)",
                 self.place(at),
                 number::percent(at.time_share, 0)
+            ),
+            _ if self.offset_share >= NEARLY_ALL => format!(
+                "an offset of {} makes nearly all {beyond}",
+                quantity(self.offset, self.error_unit())
             ),
             _ if self.offset_share >= OFFSET_SAID => format!(
                 "an offset of {} makes {} {beyond}, and {} of the rest follows {}: {}",
@@ -200,7 +206,7 @@ impl Regime {
 
 /// A share in percent; no share is known so well that it is all.
 fn most(share: f64) -> String {
-    if share >= 0.995 {
+    if share >= NEARLY_ALL {
         "nearly all".to_owned()
     } else {
         number::percent(share, 0)
