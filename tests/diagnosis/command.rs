@@ -111,6 +111,15 @@ fn effects_that_are_asked_for_are_added_together() {
             &["actuation_delay", "guide_coulomb", "cable_stiffness"],
             "do not pay for the parameters of `cable_stiffness`",
         ),
+        (
+            &[
+                "actuation_delay",
+                "guide_coulomb",
+                "ft_saturation",
+                "--force",
+            ],
+            "determine no parameter of `ft_saturation`",
+        ),
     ] {
         let refused = softdock(&folder, &add(ids));
         assert!(

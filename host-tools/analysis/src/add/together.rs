@@ -7,7 +7,7 @@ use crate::fit::judged::RISES;
 use crate::fit::logs::refs;
 use crate::fit::{Logs, Parameter, ParameterId, Refitted, refit_those};
 use crate::levels::{BeforeAfter, ChannelLevels, Step, error};
-use anyhow::Result;
+use anyhow::{Result, bail};
 use softdock_io::recording::Recording;
 use softdock_physics::model::prediction::{Prediction, predict};
 use softdock_physics::model::{EffectModel, HistoryStep, Model, known_parameters};
@@ -68,6 +68,10 @@ pub fn refit_beside(model: &Model, report: &mut Report, logs: &Logs) -> Result<V
 /// names them, also than with the others fitted anew without them: a viscous friction that was fitted alone has taken all of a dry
 /// one, and more. A search chooses the forms; of what it does not find, least squares give the parameters of the plain ones.
 /// `forced`: whatever they foretell.
+///
+/// # Errors
+///
+/// A recording that cannot be predicted; of what is forced an effect of which these logs determine nothing.
 pub(super) fn found_beside(
     model: &Model,
     ids: &[String],
@@ -86,6 +90,13 @@ pub(super) fn found_beside(
     if !finds_all {
         let start = with_all(model, ids, &report.after, forced.then_some(logs))?;
         let (after, parameters) = refitted(&start, new, &train)?;
+        let mut idle = missing.iter().filter(|id| !parameters.contains_key(*id));
+        if let Some(idle) = idle.next().filter(|_| forced) {
+            bail!(
+                "nothing was added: these logs determine no parameter of `{idle}` beside the others, which would stand in the model \
+                 without doing anything; leave it out, or see where it acts (softdock effects show {idle})"
+            );
+        }
         report.after = after;
         report.diagnosis.is_of_fit();
         report.diagnosis.parameters = parameters;

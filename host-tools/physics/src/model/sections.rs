@@ -165,11 +165,12 @@ impl FilterModel {
         LowPass::new(self.order, self.cutoff_hz * sample_time_s).zero_phase(series)
     }
 
-    /// Samples from one on whose past or future is not known until what is filtered does not show it: to exp(−2π·2·0.38) = 1 % for
-    /// order 4.
-    pub fn settling(&self, sample_time_s: f64) -> usize {
+    /// Of so many samples those beside an end of which what is filtered shows what is beyond, which nobody knows: until that is 1 %,
+    /// exp(−2π·2·0.38) for order 4, or an eighth of a short series.
+    pub fn settling(&self, sample_time_s: f64, count: usize) -> usize {
         const PERIODS: f64 = 2.0;
-        (PERIODS / (self.cutoff_hz * sample_time_s)).ceil() as usize
+        let settled = (PERIODS / (self.cutoff_hz * sample_time_s)).ceil() as usize;
+        settled.min(count / 8)
     }
 
     /// As it acts on samples that are so far apart.

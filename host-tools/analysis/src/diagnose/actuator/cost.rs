@@ -125,7 +125,8 @@ impl<'a> LogCost<'a> {
             Reading::AtEnd => Noise::White,
         };
         let sheet = self.sheet_sigma[axis];
-        let floor = noise_floor(&residual, noise, None);
+        let known = residual.get(self.known()).unwrap_or_default();
+        let floor = noise_floor(known, noise, None);
         floor.map_or(sheet, |f| f.clamp(LEAST * sheet, 3.0 * sheet))
     }
 
@@ -189,7 +190,8 @@ impl<'a> LogCost<'a> {
     /// Cycles beside an end of the log in which a filter shows what is beyond.
     fn bent(&self) -> usize {
         let filter = self.log.filter;
-        filter.map_or(0, |filter| filter.settling(self.log.cycle_s))
+        let count = self.log.cycle_count();
+        filter.map_or(0, |filter| filter.settling(self.log.cycle_s, count))
     }
 
     fn settling(&self, nominal: &Chain, active: &[bool; 6]) -> usize {

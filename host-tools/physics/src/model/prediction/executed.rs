@@ -68,7 +68,7 @@ fn predict_run(
     let after_hole = signals.steps[run.start] == Step::Hole && run.start > 0;
     let filter = model.sensor.filter;
     // Nor what came behind the end, which a filter forwards and backwards shows.
-    let bent = filter.map_or(0, |filter| filter.settling(signals.cycle_s));
+    let bent = filter.map_or(0, |filter| filter.settling(signals.cycle_s, run.len()));
     let unknown = if after_hole || begins_in_motion(model, signals, run.start) {
         memory + bent
     } else {
