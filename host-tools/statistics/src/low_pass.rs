@@ -1,7 +1,7 @@
 //! Zero-phase low-pass: a Butterworth filter run forwards and backwards over a whole signal.
 //!
 //! Whatever is fitted between two signals is unchanged by it, as long as both see the same filter:
-//! that is why it acts on every channel of an import or on none. Forwards and backwards, the
+//! that is why it acts on all that was measured of an import or on nothing, and on what follows from what was sent. Forwards and backwards, the
 //! amplitude at the cutoff is one half.
 
 use std::f64::consts::PI;

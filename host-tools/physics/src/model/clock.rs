@@ -51,7 +51,7 @@ impl Simulated {
             };
             let mut velocity = simulate(&chain, &log.sent[axis], &timing, log.reading);
             timing.as_recorded(&mut velocity, log.reading);
-            velocity
+            log.as_imported(velocity)
         };
         let perturbed = |phase: usize| {
             let mut shifted = intervals.to_vec();

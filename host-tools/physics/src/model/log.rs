@@ -125,6 +125,14 @@ impl Log {
         })
     }
 
+    /// What an import has made of velocities that follow from what was sent.
+    pub fn as_imported(&self, velocity: Vec<f64>) -> Vec<f64> {
+        match self.filter {
+            Some(filter) => filter.zero_phase(self.cycle_s, &velocity),
+            None => velocity,
+        }
+    }
+
     /// Linear and angular velocity of rates in cycle n.
     pub fn velocity(&self, n: usize, rates: [f64; 6]) -> [f64; 6] {
         self.turned[n].map_or(rates, |turned| turned.velocity(&rates))

@@ -160,9 +160,13 @@ pub struct FilterModel {
 }
 
 impl FilterModel {
-    /// What it makes of a series with samples so far apart.
+    /// What it makes of a series with samples so far apart; nothing, if all of that is below its cutoff.
     pub fn zero_phase(&self, sample_time_s: f64, series: &[f64]) -> Vec<f64> {
-        LowPass::new(self.order, self.cutoff_hz * sample_time_s).zero_phase(series)
+        let cutoff = self.cutoff_hz * sample_time_s;
+        match cutoff < 0.5 {
+            true => LowPass::new(self.order, cutoff).zero_phase(series),
+            false => series.to_vec(),
+        }
     }
 
     /// Of so many samples those beside an end of which what is filtered shows what is beyond, which nobody knows: until that is 1 %,

@@ -39,12 +39,13 @@ pub(super) fn best_single(
     scopes: &[[bool; 6]],
     cost: &Cost<'_>,
     beside: &[Term],
+    excluded: &dyn Fn(&str) -> bool,
 ) -> Option<Candidate> {
     if stage == Stage::DeadZone {
-        return best_dead_zone(cost, beside);
+        return best_dead_zone(cost, beside, excluded);
     }
     let terms = if stage.has_units_of_its_axes() {
-        by_kind(stage, cost, beside)?
+        by_kind(cost, beside, &|axes| of_axes(stage, axes, cost, beside))?
     } else {
         vec![best_scope(stage, scopes, cost, beside)?]
     };
@@ -67,10 +68,15 @@ pub(super) fn best_single(
 }
 
 /// The best dead zone beside terms; those of its gains that are not worth their price are left out.
-fn best_dead_zone(cost: &Cost<'_>, beside: &[Term]) -> Option<Candidate> {
+fn best_dead_zone(
+    cost: &Cost<'_>,
+    beside: &[Term],
+    excluded: &dyn Fn(&str) -> bool,
+) -> Option<Candidate> {
     let is_a_gain = |term: &Term| matches!(term.stage, Stage::Gain | Stage::Direction);
     let others: Vec<Term> = beside.iter().filter(|t| !is_a_gain(t)).cloned().collect();
-    let terms = by_kind(Stage::DeadZone, cost, &others)?;
+    let of_zone = |axes: &[bool; 6]| best_zone(axes, cost, &others, excluded);
+    let terms = by_kind(cost, &others, &of_zone)?;
     let refine = |terms: Vec<Term>| Candidate::new(refined(terms, cost), cost);
     let mut best = refine([&others[..], &terms].concat());
     for stage in [Stage::Direction, Stage::Gain] {
@@ -121,7 +127,10 @@ fn on_all_axes(terms: Vec<Term>, cost: &Cost<'_>) -> Vec<Term> {
 
 /// Whether the best value may lie between two values of the grid that both make things worse.
 fn slips_through(stage: Stage) -> bool {
-    matches!(stage, Stage::Delay | Stage::Lag | Stage::Gain)
+    matches!(
+        stage,
+        Stage::Delay | Stage::Lag | Stage::Gain | Stage::Direction
+    )
 }
 
 /// The costs of all axes on the grid of a stage beside given terms.
@@ -173,8 +182,12 @@ fn best_scope(
     best.map(|b| b.1)
 }
 
-/// Translations and rotations with a value each, as far as both gain by it.
-fn by_kind(stage: Stage, cost: &Cost<'_>, beside: &[Term]) -> Option<Vec<Term>> {
+/// Translations and rotations with the values each that `of_axes` finds for them, as far as both gain by it.
+fn by_kind(
+    cost: &Cost<'_>,
+    beside: &[Term],
+    of_axes: &dyn Fn(&[bool; 6]) -> Option<Vec<Term>>,
+) -> Option<Vec<Term>> {
     let mut kinds: Vec<(f64, Vec<Term>)> = Vec::new();
     for kind in [0..3_usize, 3..6] {
         let axes: [bool; 6] = std::array::from_fn(|a| kind.contains(&a) && cost.active[a]);
@@ -185,7 +198,7 @@ fn by_kind(stage: Stage, cost: &Cost<'_>, beside: &[Term]) -> Option<Vec<Term>> 
             let all = [beside, terms].concat();
             cost.total(&cost.of_axes(&all, &axes))
         };
-        let Some(mut terms) = of_axes(stage, &axes, cost, beside) else {
+        let Some(mut terms) = of_axes(&axes) else {
             continue;
         };
         // The grid is coarse: where there is something to explain, a kind is judged by its best
@@ -194,7 +207,8 @@ fn by_kind(stage: Stage, cost: &Cost<'_>, beside: &[Term]) -> Option<Vec<Term>> 
         if of_kind(&[]) > noise {
             terms = improved(terms, cost, &of_kind);
         }
-        if !stage.holds(kind.start == 3, &terms[0].values) {
+        let rotates = kind.start == 3;
+        if !terms.iter().all(|t| t.stage.holds(rotates, &t.values)) {
             continue;
         }
         kinds.push((of_kind(&[]) - of_kind(&terms), terms));
@@ -220,7 +234,6 @@ fn of_axes(stage: Stage, axes: &[bool; 6], cost: &Cost<'_>, beside: &[Term]) -> 
     };
     let sought = match stage {
         Stage::CommandStep => best_step(axes, cost).map(|step| term(vec![step])),
-        Stage::DeadZone => return best_zone(axes, cost, beside),
         _ => None,
     };
     let bare = cost.of_axes(beside, &cost.active);

@@ -126,7 +126,8 @@ impl<'a> LogCost<'a> {
         };
         let sheet = self.sheet_sigma[axis];
         let known = residual.get(self.known()).unwrap_or_default();
-        let floor = noise_floor(known, noise, None);
+        let filter = self.log.filter.map(|f| f.on_samples(self.log.cycle_s));
+        let floor = noise_floor(known, noise, filter);
         floor.map_or(sheet, |f| f.clamp(LEAST * sheet, 3.0 * sheet))
     }
 
@@ -163,10 +164,7 @@ impl<'a> LogCost<'a> {
         };
         let mut velocity = simulate(chain, &self.log.sent[axis], &timing, self.log.reading);
         timing.as_recorded(&mut velocity, self.log.reading);
-        match self.log.filter {
-            Some(filter) => filter.zero_phase(self.log.cycle_s, &velocity),
-            None => velocity,
-        }
+        self.log.as_imported(velocity)
     }
 
     /// Measured minus predicted.
@@ -207,7 +205,9 @@ impl<'a> LogCost<'a> {
         {
             0
         } else {
-            (past_s / cycle_s) as usize + 1 + self.bent()
+            // Half of a short log is looked at all the same.
+            let unknown = (past_s / cycle_s) as usize + 1 + self.bent();
+            unknown.min(self.log.cycle_count() / 2)
         }
     }
 
@@ -517,7 +517,7 @@ impl<'a> Cost<'a> {
 
     /// Number of velocities of some axes.
     pub(crate) fn count_of(&self, axes: &[bool; 6]) -> usize {
-        let cycles: usize = self.logs.iter().map(|log| log.log.cycle_count()).sum();
+        let cycles: usize = self.logs.iter().map(|log| log.known().len()).sum();
         axes.iter().filter(|a| **a).count() * cycles
     }
 

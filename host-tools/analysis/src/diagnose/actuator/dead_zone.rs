@@ -5,6 +5,7 @@
 //! edge the motion of its side is simulated with gain 1, and the gains of each pair of edges follow by least squares.
 
 use super::cost::{Cost, Term};
+use super::tried::{Scale, specs};
 use rayon::prelude::*;
 use softdock_physics::model::stage::Stage;
 use softdock_statistics::dot;
@@ -16,13 +17,19 @@ const EDGES: [f64; 14] = [
 ];
 
 /// The best zone on a grid for some axes beside terms, with its gain and its gain by direction if all axes that move are of
-/// one kind; a scale in m/s that is wrong for three of six axes is no guess.
-pub(super) fn best_zone(axes: &[bool; 6], cost: &Cost<'_>, beside: &[Term]) -> Option<Vec<Term>> {
+/// one kind and these are not excluded; a scale in m/s that is wrong for three of six axes is no guess.
+pub(super) fn best_zone(
+    axes: &[bool; 6],
+    cost: &Cost<'_>,
+    beside: &[Term],
+    excluded: &dyn Fn(&str) -> bool,
+) -> Option<Vec<Term>> {
     let fastest = cost.scale(axes).sent_velocity;
     if fastest <= 0.0 {
         return None;
     }
-    let guessed = *axes == cost.active;
+    let may = |stage: Stage| *axes == cost.active && !excluded(stage.id());
+    let [gain, direction] = [Stage::Gain, Stage::Direction].map(may);
     let measured = measured(axes, cost);
     let side = |sign: f64| -> Vec<Vec<f64>> {
         let edges = EDGES.par_iter().map(|edge| sign * edge * fastest);
@@ -31,7 +38,11 @@ pub(super) fn best_zone(axes: &[bool; 6], cost: &Cost<'_>, beside: &[Term]) -> O
             .collect()
     };
     let (forth, back) = (side(1.0), side(-1.0));
-    let [with_forth, with_back] = [&forth, &back].map(|side| Projections::new(side, &measured));
+    let of_each = |side: &[Vec<f64>]| -> Vec<Side> {
+        let of = |series: &Vec<f64>| Side::of(series, &measured);
+        side.iter().map(of).collect()
+    };
+    let sides = [of_each(&forth), of_each(&back)];
     let mut best: Option<(f64, Vec<Term>)> = None;
     for (i, upper) in EDGES.iter().enumerate() {
         for (k, lower) in EDGES
@@ -39,45 +50,58 @@ pub(super) fn best_zone(axes: &[bool; 6], cost: &Cost<'_>, beside: &[Term]) -> O
             .enumerate()
             .filter(|(_, lower)| upper + **lower > 0.0)
         {
+            let (up, down) = (sides[0][i], sides[1][k]);
             let both = dot(&forth[i], &back[k]);
-            let gains = match guessed {
-                true => gains(with_forth.at(i), with_back.at(k), both),
-                false => Some([1.0; 2]),
+            let gains = match (gain, direction) {
+                (true, true) if up.squares > 0.0 && down.squares > 0.0 => apart(up, down, both),
+                (true, _) => alike(up, down, both),
+                (false, _) => Some([1.0; 2]),
             };
-            let Some([up, down]) = gains else {
+            let Some(gains) = gains else {
                 continue;
             };
-            let (y_forth, forth_2) = with_forth.at(i);
-            let (y_back, back_2) = with_back.at(k);
-            let less = up * (2.0 * y_forth - up * forth_2) + down * (2.0 * y_back - down * back_2)
-                - 2.0 * up * down * both;
+            let less = explained(gains, [up, down], both);
             if best.as_ref().is_none_or(|(most, _)| less > *most) {
                 let zone = [-lower * fastest, upper * fastest];
-                best = Some((less, terms(zone, guessed.then_some([up, down]), axes)));
+                best = Some((less, terms(zone, gains, [gain, direction], axes)));
             }
         }
     }
     best.map(|(_, terms)| terms)
 }
 
-/// The zone, with its gain and its gain by direction where they are fitted.
-fn terms([low, high]: [f64; 2], gains: Option<[f64; 2]>, axes: &[bool; 6]) -> Vec<Term> {
-    let of = |stage, values| Term {
-        stage,
-        values,
-        axes: *axes,
+/// The zone, with its gain and its gain by direction where they may be, within what a search tries.
+fn terms(
+    [low, high]: [f64; 2],
+    [up, down]: [f64; 2],
+    [gain, direction]: [bool; 2],
+    axes: &[bool; 6],
+) -> Vec<Term> {
+    let mean = 0.5 * (up + down);
+    let differs = direction && up != down;
+    let of_gain = gain.then(|| within(Stage::Gain, mean - 1.0));
+    let of_direction = differs.then(|| within(Stage::Direction, 0.5 * (up - down) / mean));
+    let values = [
+        (Stage::DeadZone, Some(vec![high - low, 0.5 * (low + high)])),
+        (Stage::Gain, of_gain.map(|value| vec![value])),
+        (Stage::Direction, of_direction.map(|value| vec![value])),
+    ];
+    let term = |(stage, values): (Stage, Option<Vec<f64>>)| {
+        Some(Term {
+            stage,
+            values: values?,
+            axes: *axes,
+        })
     };
-    let zone = of(Stage::DeadZone, vec![high - low, 0.5 * (low + high)]);
-    let gains = gains.map(|[up, down]| {
-        let mean = 0.5 * (up + down);
-        [
-            of(Stage::Gain, vec![mean - 1.0]),
-            of(Stage::Direction, vec![0.5 * (up - down) / mean]),
-        ]
-    });
-    std::iter::once(zone)
-        .chain(gains.into_iter().flatten())
-        .collect()
+    values.into_iter().filter_map(term).collect()
+}
+
+/// A value of a stage without a unit of its axes, within what a search tries.
+fn within(stage: Stage, value: f64) -> f64 {
+    let tried = specs(stage, &Scale::of(std::iter::empty(), 1.0, false));
+    tried
+        .first()
+        .map_or(value, |spec| value.clamp(spec.low, spec.high))
 }
 
 /// What is measured of some axes, in σ, one after the other.
@@ -132,27 +156,44 @@ fn whitened(
     all
 }
 
-/// Products of each of several series with what is measured, and with themselves.
-struct Projections(Vec<(f64, f64)>);
+/// Products of the motion of one side, in σ.
+#[derive(Clone, Copy)]
+struct Side {
+    /// With what is measured.
+    measured: f64,
+    /// With itself.
+    squares: f64,
+}
 
-impl Projections {
-    fn new(series: &[Vec<f64>], measured: &[f64]) -> Self {
-        let both = |series: &Vec<f64>| (dot(series, measured), dot(series, series));
-        Self(series.iter().map(both).collect())
-    }
-
-    fn at(&self, n: usize) -> (f64, f64) {
-        self.0[n]
+impl Side {
+    fn of(series: &[f64], measured: &[f64]) -> Self {
+        Self {
+            measured: dot(series, measured),
+            squares: dot(series, series),
+        }
     }
 }
 
-/// Gains of two series by least squares; none where one is not positive or nothing moves.
-fn gains(forth: (f64, f64), back: (f64, f64), both: f64) -> Option<[f64; 2]> {
-    let ((y_forth, forth), (y_back, back)) = (forth, back);
-    let determinant = forth * back - both * both;
+/// By how much χ² falls with these gains of two sides; `both`: the product of the two.
+fn explained([up, down]: [f64; 2], [forth, back]: [Side; 2], both: f64) -> f64 {
+    up * (2.0 * forth.measured - up * forth.squares)
+        + down * (2.0 * back.measured - down * back.squares)
+        - 2.0 * up * down * both
+}
+
+/// Gains of two sides by least squares; none where one is not positive.
+fn apart(forth: Side, back: Side, both: f64) -> Option<[f64; 2]> {
+    let determinant = forth.squares * back.squares - both * both;
     let gains = [
-        (y_forth * back - y_back * both) / determinant,
-        (y_back * forth - y_forth * both) / determinant,
+        (forth.measured * back.squares - back.measured * both) / determinant,
+        (back.measured * forth.squares - forth.measured * both) / determinant,
     ];
     gains.iter().all(|gain| *gain > 0.0).then_some(gains)
+}
+
+/// The same gain of both by least squares; none where it is not positive or nothing moves.
+fn alike(forth: Side, back: Side, both: f64) -> Option<[f64; 2]> {
+    let squares = forth.squares + back.squares + 2.0 * both;
+    let gain = (forth.measured + back.measured) / squares;
+    (gain > 0.0).then_some([gain; 2])
 }

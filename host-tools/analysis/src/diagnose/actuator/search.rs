@@ -48,7 +48,7 @@ fn searched(cost: &Cost<'_>, ask: &Ask<'_>) -> Search {
     let singles: Vec<Candidate> = Stage::ALL
         .par_iter()
         .filter(|stage| !(ask.excluded)(stage.id()))
-        .filter_map(|stage| best_single(*stage, &scopes, cost, &[]))
+        .filter_map(|stage| best_single(*stage, &scopes, cost, &[], ask.excluded))
         .inspect(|found| ask.watch.tell(|| found.trial(&nominal)))
         .collect();
     let mut order: Vec<(f64, Candidate)> =
@@ -60,7 +60,7 @@ fn searched(cost: &Cost<'_>, ask: &Ask<'_>) -> Search {
     let unfinished = |c: &Candidate| level(c.chi2, cost) > AT_NOISE;
     let significant = |c: &Candidate| nominal.priced(cost) - c.priced(cost) > threshold(0.0);
     if unfinished(&best) && !ask.alone && singles.iter().any(significant) {
-        best = climbed(best, &singles, &scopes, cost);
+        best = climbed(best, &singles, &scopes, cost, ask);
         ask.watch.tell(|| best.trial(&nominal));
     }
     // What leaves less for its price than all that it could imitate is no imitation.
@@ -69,7 +69,7 @@ fn searched(cost: &Cost<'_>, ask: &Ask<'_>) -> Search {
     if let Some(servo) = servos.find(leaves_less).filter(|_| unfinished(&best)) {
         best = match ask.alone {
             true => servo.clone(),
-            false => climbed(servo.clone(), &singles, &scopes, cost),
+            false => climbed(servo.clone(), &singles, &scopes, cost, ask),
         };
         ask.watch.tell(|| best.trial(&nominal));
     }
@@ -110,6 +110,7 @@ fn climbed(
     singles: &[Candidate],
     scopes: &[[bool; 6]],
     cost: &Cost<'_>,
+    ask: &Ask<'_>,
 ) -> Candidate {
     let better = |new: &Candidate, old: &Candidate| {
         let more = new.ids().len() > old.ids().len();
@@ -125,7 +126,11 @@ fn climbed(
         now = pair;
     }
     while now.causes() < MOST && level(now.chi2, cost) > AT_NOISE {
-        let new = |c: &&Candidate| !c.ids().iter().any(|id| now.ids().contains(id));
+        // The gains that a dead zone brings along may be there already.
+        let new = |c: &&Candidate| {
+            let first = c.terms.first().map(|term| term.stage.id());
+            first.is_some_and(|first| !now.ids().contains(&first))
+        };
         let stages: Vec<Stage> = singles
             .iter()
             .filter(|c| is_a_cause(c, cost))
@@ -133,7 +138,7 @@ fn climbed(
             .filter_map(|c| Some(c.terms.first()?.stage))
             .take(TRIED_BESIDE)
             .collect();
-        let beside = |stage: &Stage| best_single(*stage, scopes, cost, &now.terms);
+        let beside = |stage: &Stage| best_single(*stage, scopes, cost, &now.terms, ask.excluded);
         let more: Vec<Candidate> = stages.par_iter().filter_map(beside).collect();
         let best = more
             .into_iter()

@@ -8,6 +8,7 @@
 use super::cost::{AxisCost, Cost, LogCost, Term};
 use super::refine::bottom;
 use softdock_physics::model::stage::Stage;
+use softdock_statistics::rms;
 
 /// Steps in the largest velocity that are tried, at most; finer rounding is a detail of any error.
 const MOST: f64 = 40.0;
@@ -89,8 +90,7 @@ fn level(cost: &Cost<'_>, axis: usize) -> f64 {
     let chain = cost.chain(&[], axis);
     let level = |log: &LogCost<'_>| {
         let residual = log.residual(&log.simulate(&chain, axis), axis);
-        let power = residual.iter().map(|r| r * r).sum::<f64>() / residual.len().max(1) as f64;
-        power.sqrt() / log.sheet_sigma[axis]
+        rms(residual.get(log.known()).unwrap_or_default()) / log.sheet_sigma[axis]
     };
     cost.logs.iter().map(level).fold(0.0, f64::max)
 }

@@ -240,7 +240,9 @@ pub(crate) fn scatter(cost: &Cost<'_>, log: &LogCost<'_>, terms: &[Term]) -> Pos
         let scale = 1.0 / (sigma * BY_DIFFERENCES.sqrt());
         // A pose has half of the variance of a difference.
         let per_second = SQRT_2 / (log.cycle_s() * sigma);
-        let bends = residual.windows(3).zip(&predicted[1..]).step_by(APART);
+        let bends = residual.windows(3).zip(&predicted[1..]);
+        let known = log.known();
+        let bends = bends.take(known.end).skip(known.start).step_by(APART);
         values.extend(
             bends.map(|(w, velocity)| ((w[2] - 2.0 * w[1] + w[0]) * scale, velocity * per_second)),
         );
@@ -303,7 +305,8 @@ pub(crate) fn proportion(cost: &Cost<'_>) -> (f64, f64) {
         for log in &cost.logs {
             let predicted = log.simulate(&chain, axis);
             let weight = log.sigma[axis].powi(-2);
-            for (p, r) in predicted.iter().zip(log.residual(&predicted, axis)) {
+            let both = predicted.iter().zip(log.residual(&predicted, axis));
+            for (p, r) in both.take(log.known().end).skip(log.known().start) {
                 xx += weight * p * p;
                 xy += weight * p * r;
             }

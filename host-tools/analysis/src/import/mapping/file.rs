@@ -330,7 +330,7 @@ pub(super) enum Incomplete {
     Interpolate,
 }
 
-/// A zero-phase Butterworth low-pass on every channel, then every n-th row.
+/// A zero-phase Butterworth low-pass on all that was measured, then every n-th row.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Filter {

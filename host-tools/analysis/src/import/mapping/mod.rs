@@ -141,8 +141,8 @@ fn lacks_filter(model: &Model, filtered: &Filtered) -> Option<String> {
     let own = filtered.filter;
     (model.sensor.filter != Some(own)).then(|| {
         format!(
-            "the model does not say through which filter the log went, so that friction would be compared \
-             unfiltered: write `filter = {{ order = {}, cutoff_hz = {:?} }}` into its [sensor]",
+            "the model does not say through which filter the log went, so that friction, and what an actuator \
+             makes of a command, would be compared unfiltered: write `filter = {{ order = {}, cutoff_hz = {:?} }}` into its [sensor]",
             own.order, own.cutoff_hz
         )
     })

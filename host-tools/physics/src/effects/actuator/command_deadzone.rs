@@ -17,11 +17,11 @@ pub const EFFECT: Effect = Effect {
                 pose stands still around each reversal of the command",
     typical: "5 to 30 % of the largest command of a proportional valve; nothing on an electric servo drive",
     parameters: &[
-        Parameter::new("width_m_s", "m/s", 0.0, 2.0)
-            .of_rotations(0.0, 20.0)
+        Parameter::new("width_m_s", "m/s", 0.0, 100.0)
+            .of_rotations(0.0, 100.0)
             .hidden(2e-3, 4e-3)
             .pictured(0.02),
-        Parameter::new("centre_m_s", "m/s", -1.0, 1.0).of_rotations(-10.0, 10.0),
+        Parameter::new("centre_m_s", "m/s", -100.0, 100.0).of_rotations(-100.0, 100.0),
     ],
     confused_with: &["command_quantisation", "zero_cross_pause", "backlash"],
     tell_apart: "a slow ramp of the velocity through zero: behind a dead zone it begins without a jump where the \

@@ -99,7 +99,7 @@ fn simulated(
                 return vec![0.0; log.cycle_count()];
             }
             let chain = cost.chain(terms, axis);
-            let mut velocity = simulate(&chain, &log.sent[axis], timing, reading);
+            let mut velocity = log.as_imported(simulate(&chain, &log.sent[axis], timing, reading));
             if !trusted {
                 let error: Vec<f64> = log.executed[axis]
                     .iter()
