@@ -96,6 +96,34 @@ fn a_valve_that_is_switched_is_found_behind_a_filter() {
     within(&found, 0.03);
 }
 
+/// What a model has is not named once more beside the zone.
+#[test]
+fn a_gain_that_is_known_stays_alone() {
+    let known = SPEED.iter().sum::<f64>() / (2.0 * SCALE) - 1.0;
+    let gain = format!("[[effect]]\nid = \"velocity_gain\"\nparameters.gain_error = {known}\n");
+    let model = Model::from_toml(&format!("{MODEL}{gain}"), "model.toml").unwrap();
+    let logs = imported("valve_known_gain", MAPPING, &logs(opening, |_| 0.0)).unwrap();
+    let (train, test) = (&logs.train[0], &logs.test[0]);
+    let found = diagnose(&model, &[train], &[test], &|_, _| {}).unwrap();
+    let mut named = found.diagnosis.effects;
+    named.sort();
+    let expected = ["actuation_delay", "command_deadzone", "gain_by_direction"];
+    assert_eq!(named, expected, "{}", found.diagnosis.sentence);
+}
+
+/// A pump that is told one direction shows where its motion begins, and nothing of the other edge.
+#[test]
+fn a_pump_that_is_told_one_direction_begins_at_its_edge() {
+    let pump = |t, phase| opening(t, phase).abs();
+    let found = diagnosed("valve_one_way", "", &logs(pump, |_| 0.0));
+    let zone = &found.parameters["command_deadzone"];
+    let [width, centre] = ["width_m_s", "centre_m_s"].map(|name| zone[name].value);
+    let edge = (centre + 0.5 * width) / SCALE;
+    assert!((edge - OVERLAP[1]).abs() < 0.01, "{edge}: {zone:?}");
+    let gain = SCALE * (1.0 + found.parameters["velocity_gain"]["gain_error"].value);
+    assert!((gain - SPEED[1]).abs() < 0.02 * SPEED[1], "{gain} m/s");
+}
+
 /// A flow that no command makes goes on for many rows, which are not as many measurements.
 #[test]
 fn what_goes_on_for_long_widens_the_intervals() {

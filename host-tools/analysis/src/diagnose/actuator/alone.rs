@@ -1,6 +1,6 @@
 //! The best values and axes of one stage, alone or beside given terms.
 
-use super::candidate::{AT_NOISE, Candidate};
+use super::candidate::{AT_NOISE, Candidate, is_a_gain};
 use super::cost::{AxisCost, Cost, Term};
 use super::dead_zone::best_zone;
 use super::grid::combinations;
@@ -73,8 +73,8 @@ fn best_dead_zone(
     beside: &[Term],
     excluded: &dyn Fn(&str) -> bool,
 ) -> Option<Candidate> {
-    let is_a_gain = |term: &Term| matches!(term.stage, Stage::Gain | Stage::Direction);
-    let others: Vec<Term> = beside.iter().filter(|t| !is_a_gain(t)).cloned().collect();
+    let others = beside.iter().filter(|t| !is_a_gain(t.stage));
+    let others: Vec<Term> = others.cloned().collect();
     let of_zone = |axes: &[bool; 6]| best_zone(axes, cost, &others, excluded);
     let terms = by_kind(cost, &others, &of_zone)?;
     let refine = |terms: Vec<Term>| Candidate::new(refined(terms, cost), cost);

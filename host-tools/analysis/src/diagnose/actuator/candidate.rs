@@ -53,14 +53,18 @@ impl Candidate {
 
     /// Number of its effects; the gains of what lies beyond a dead zone belong to the zone.
     pub(super) fn causes(&self) -> usize {
-        let has = |stage| self.terms.iter().any(|term| term.stage == stage);
-        let of_zone = [Stage::Gain, Stage::Direction]
-            .into_iter()
-            .filter(|s| has(*s));
-        match has(Stage::DeadZone) {
-            true => self.ids().len() - of_zone.count(),
-            false => self.ids().len(),
-        }
+        let of_zone = |term: &&Term| self.has(Stage::DeadZone) && is_a_gain(term.stage);
+        let own = self.terms.iter().filter(|term| !of_zone(term));
+        let own = Self {
+            terms: own.cloned().collect(),
+            ..self.clone()
+        };
+        own.ids().len()
+    }
+
+    /// Whether a stage is one of its.
+    pub(super) fn has(&self, stage: Stage) -> bool {
+        self.terms.iter().any(|term| term.stage == stage)
     }
 
     /// χ² with the price of the parameters and the prior odds of the effects.
@@ -120,6 +124,11 @@ impl Search {
 /// Residual over noise of a χ².
 pub(crate) fn level(chi2: f64, cost: &Cost<'_>) -> f64 {
     (chi2 / cost.count().max(1) as f64).sqrt()
+}
+
+/// Whether a stage is a gain, of both directions or of each.
+pub(super) fn is_a_gain(stage: Stage) -> bool {
+    matches!(stage, Stage::Gain | Stage::Direction)
 }
 
 /// Whether it is a damped second order and nothing else.

@@ -4,7 +4,7 @@
 //! best is added to, exchanged and taken back one stage at a time as long as the evidence rises.
 
 use super::alone::{NEGLIGIBLE_GAIN, best_single, scopes};
-use super::candidate::{AT_NOISE, Candidate, Search, is_a_cause, is_a_servo, level};
+use super::candidate::{AT_NOISE, Candidate, Search, is_a_cause, is_a_gain, is_a_servo, level};
 use super::cost::{Cost, Term};
 use super::forms::other_forms;
 use super::pairs::best_pair;
@@ -131,12 +131,14 @@ fn climbed(
             let first = c.terms.first().map(|term| term.stage.id());
             first.is_some_and(|first| !now.ids().contains(&first))
         };
-        let stages: Vec<Stage> = singles
-            .iter()
-            .filter(|c| is_a_cause(c, cost))
-            .filter(new)
-            .filter_map(|c| Some(c.terms.first()?.stage))
-            .take(TRIED_BESIDE)
+        let others = singles.iter().filter(|c| is_a_cause(c, cost)).filter(new);
+        let others = others.filter_map(|c| Some(c.terms.first()?.stage));
+        // A gain beyond a dead zone explains little without it.
+        let of_zone = |stage: Stage| now.has(Stage::DeadZone) && is_a_gain(stage);
+        let stages: Vec<Stage> = others
+            .enumerate()
+            .filter(|(place, stage)| *place < TRIED_BESIDE || of_zone(*stage))
+            .map(|(_, stage)| stage)
             .collect();
         let beside = |stage: &Stage| best_single(*stage, scopes, cost, &now.terms, ask.excluded);
         let more: Vec<Candidate> = stages.par_iter().filter_map(beside).collect();
