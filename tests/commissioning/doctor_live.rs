@@ -34,6 +34,7 @@ fn a_board_that_is_ready_is_said_to_be() {
     let sensor = Sensor::connect(served.board.can);
     served.board.process.wait_for("sensor Running");
     let robot = RunningRobot::start(served.board.robot);
+    served.hears_its_robot();
     served.done(&["mode", "hold"]);
     let port = ["--port", &served.port];
     let folder = &served.board.folder;

@@ -237,6 +237,7 @@ fn a_jog_is_an_operators_command() {
     let sensor = Sensor::connect(served.board.can);
     served.board.process.wait_for("sensor Running");
     let robot = RunningRobot::start(served.board.robot);
+    served.hears_its_robot();
     let said = served.refused(&["mode", "jog", "x"]);
     assert!(
         said.contains("jog x refused in mode Idle: it does not apply in this mode"),
@@ -272,6 +273,7 @@ fn nothing_moves_where_nothing_is_heard() {
     let sensor = Sensor::connect(served.board.can);
     served.board.process.wait_for("sensor Running");
     let robot = RunningRobot::start(served.board.robot);
+    served.hears_its_robot();
     let run = identify(&served, &["--yes", "--listen", "127.0.0.1:0"]);
     assert_eq!(run.code, Some(1));
     assert!(

@@ -166,6 +166,7 @@ fn an_operator_works_by_the_service_alone() {
     let sensor = Sensor::connect(served.board.can);
     served.board.process.wait_for("sensor Running");
     let robot = RunningRobot::start(served.board.robot);
+    served.hears_its_robot();
     for (command, mode) in [("hold", "Hold"), ("arm", "Armed"), ("start", "Running")] {
         let answer = served.json(&["mode", command]);
         assert_eq!(answer["mode"], mode);

@@ -79,6 +79,17 @@ impl<B> Served<B> {
         run.stderr
     }
 
+    /// Until the board hears its robot.
+    ///
+    /// # Panics
+    /// If it never does.
+    pub fn hears_its_robot(&self) {
+        /// Questions; each takes some milliseconds.
+        const MOST: usize = 500;
+        let hears = |_| self.json(&["status"])["status"]["robot"] == true;
+        assert!((0..MOST).any(hears), "no telegram has arrived");
+    }
+
     /// What it prints with `--json`.
     ///
     /// # Panics
