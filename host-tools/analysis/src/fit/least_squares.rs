@@ -9,8 +9,6 @@ use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
 use rayon::prelude::*;
 use softdock_physics::model::Model;
 
-/// Relative fall of χ² and relative step at which the search ends.
-const TOLERANCE: f64 = 1e-9;
 /// Evaluations per parameter at most.
 const MAX_STALLED_STEPS: usize = 20;
 /// Eigenvalues of a correlation matrix below this are round-off.
@@ -88,7 +86,7 @@ pub(super) fn jacobian(
     columns(residuals, model, free, &values)
 }
 
-/// Central differences; one-sided where a range ends.
+/// Central differences; one-sided where a range ends, and where one side tells as much as two.
 fn columns(
     residuals: &Residuals<'_>,
     model: &Model,
@@ -96,30 +94,42 @@ fn columns(
     values: &[f64],
 ) -> Vec<Vec<f64>> {
     residuals.keep(&with_values(model, free, values));
-    free.par_iter()
-        .enumerate()
-        .map(|(k, parameter)| {
-            let at = |value: f64| {
-                let mut moved = values.to_vec();
-                moved[k] = value;
-                residuals.of(&with_values(model, free, &moved))
-            };
-            let value = values[k].clamp(parameter.low, parameter.high);
-            let less = (value - parameter.step).max(parameter.low);
-            let more = (value + parameter.step).min(parameter.high);
-            let (low, high) = (at(less), at(more));
-            let slope = |(a, b): (f64, f64)| (b - a) / (more - less);
-            low.into_iter().zip(high).map(slope).collect()
-        })
-        .collect()
+    let known = residuals.slopes();
+    let slope = |(k, parameter): (usize, &Parameter)| {
+        if let Some((_, slope)) = known.iter().find(|(id, _)| *id == parameter.id) {
+            return (parameter.id.clone(), slope.clone());
+        }
+        let at = |value: f64| {
+            let mut moved = values.to_vec();
+            moved[k] = value;
+            residuals.relative(&with_values(model, free, &moved))
+        };
+        let value = values[k].clamp(parameter.low, parameter.high);
+        let more = (value + parameter.step).min(parameter.high);
+        let less = match parameter.linear && more > value {
+            true => value,
+            false => (value - parameter.step).max(parameter.low),
+        };
+        let (low, high) = (at(less), at(more));
+        let slope = |(a, b): (&f64, &f64)| (b - a) / (more - less);
+        let slopes = low.iter().zip(&*high).map(slope).collect();
+        (parameter.id.clone(), slopes)
+    };
+    let slopes: Vec<_> = free.par_iter().enumerate().map(slope).collect();
+    let weighted = slopes.iter().map(|(_, slope)| residuals.weighted(slope));
+    let columns = weighted.collect();
+    residuals.keep_slopes(slopes);
+    columns
 }
 
-/// The values with the smallest χ², from `values` on.
+/// The values with the smallest χ², from `values` on; `tolerance`: the relative fall of χ², and the relative step, at which the search
+/// ends.
 pub(super) fn minimise(
     residuals: &Residuals<'_>,
     model: &Model,
     free: &[Parameter],
     values: &[f64],
+    tolerance: f64,
 ) -> Solution {
     if free.is_empty() {
         return Solution::start(free);
@@ -133,8 +143,8 @@ pub(super) fn minimise(
     };
     let search = LevenbergMarquardt::new()
         .with_patience(MAX_STALLED_STEPS)
-        .with_ftol(TOLERANCE)
-        .with_xtol(TOLERANCE);
+        .with_ftol(tolerance)
+        .with_xtol(tolerance);
     let (found, _) = search.minimize(problem);
     let values = found.values();
     let columns = columns(residuals, model, free, &values);

@@ -45,8 +45,9 @@ const CONTROLLERS: &str = "kept: the controller's own";
 const NO_NEWS: &str = "kept: no significant change";
 /// Why a model keeps its value: it was not asked for.
 const EXACT: &str = "kept: as in the model";
-/// Each round gives the channels the weights that the last one found; two suffice.
-const ROUNDS: usize = 2;
+/// Relative fall of χ² at which each round ends. A round gives the channels the weights that the last one found, and finding weights
+/// takes no exact values.
+const ROUNDS: [f64; 2] = [1e-4, 1e-9];
 
 /// A parameter that the recording determines.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -166,11 +167,11 @@ fn fitted(
     let at_start = least_squares::jacobian(&residuals, model, &free);
     let doubts = determined::alone(&at_start, &free);
     hold(&mut free, &mut solution.values, &mut held, doubts);
-    for round in 0..ROUNDS {
+    for (round, tolerance) in ROUNDS.into_iter().enumerate() {
         loop {
-            let share = 0.1 + 0.8 * round as f64 / ROUNDS as f64;
+            let share = 0.1 + 0.8 * round as f64 / ROUNDS.len() as f64;
             progress(share, &format!("fitting {} parameters", free.len()));
-            solution = minimise(&residuals, model, &free, &solution.values);
+            solution = minimise(&residuals, model, &free, &solution.values, tolerance);
             let doubts = determined::together(&solution, &free);
             if doubts.is_empty() {
                 break;

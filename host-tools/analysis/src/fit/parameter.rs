@@ -48,6 +48,8 @@ pub struct Parameter {
     pub step: f64,
     /// Values closer than this predict the same; 0 for most.
     pub resolution: f64,
+    /// The predictions are linear in it: a difference to one side is their slope.
+    pub linear: bool,
 }
 
 /// Everything in a model that a fit may move.
@@ -62,6 +64,7 @@ pub(super) fn all(model: &Model) -> Vec<Parameter> {
                 step: TOLERANCE_STEP * tolerance,
                 resolution: 0.0,
                 tolerance: Some(tolerance),
+                linear: id.is_linear(),
                 id,
                 name,
                 unit,
@@ -98,6 +101,7 @@ fn of_effect(model: &Model, k: usize, effect: &EffectModel, all: &mut Vec<Parame
             low: allowed.low,
             high: allowed.high,
             step: step(&allowed, value),
+            linear: allowed.linear,
             resolution: if is_pause(&allowed) {
                 PAUSE_STEP_S
             } else {

@@ -51,3 +51,18 @@ pub enum ParameterId {
     /// Parameter of an added effect: its place in the list, and its name.
     Effect(usize, &'static str),
 }
+
+impl ParameterId {
+    /// Whether every prediction is linear in a nominal parameter, whatever the others are.
+    pub(super) fn is_linear(&self) -> bool {
+        matches!(
+            self,
+            Self::GuideStiffness
+                | Self::GuideDamping
+                | Self::ToolMass
+                | Self::ToolCom(_)
+                | Self::ToolInertia(_)
+                | Self::Bias(_)
+        )
+    }
+}

@@ -1,5 +1,6 @@
 //! Residuals of all channels as one list of numbers, each in units of its expected noise.
 
+use super::parameter_id::ParameterId;
 use super::sandwich;
 use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::load::loaded::LoadOfEach;
@@ -88,9 +89,13 @@ impl<'a> Residuals<'a> {
 
     /// The residuals of a model; 0 where it predicts nothing.
     pub(super) fn of(&self, model: &Model) -> Vec<f64> {
-        let all = self.relative(model).into_iter();
-        all.zip(&self.rows)
-            .map(|(residual, row)| residual / self.excess[row.channel as usize][row.axis.index()])
+        self.weighted(&self.relative(model))
+    }
+
+    /// Values in units of noise in those of [`Self::weigh`].
+    pub(super) fn weighted(&self, relative: &[f64]) -> Vec<f64> {
+        let all = relative.iter().zip(&self.rows);
+        all.map(|(value, row)| value / self.excess[row.channel as usize][row.axis.index()])
             .collect()
     }
 
@@ -114,18 +119,41 @@ impl<'a> Residuals<'a> {
             sums.map(|axes| axes.map(|(sum, count)| (sum / count.max(1) as f64).sqrt().max(1.0)));
     }
 
-    /// Keeps what a model has in common with those that differ from it in effects on the reading alone: of most of the models about
-    /// it that a fit tries next, nothing else is predicted anew.
+    /// Keeps the residuals of a model, and what it has in common with those that differ from it in effects on the reading alone: of
+    /// most of the models about it that a fit tries next, nothing else is predicted anew.
     pub(super) fn keep(&self, model: &Model) {
+        let before = self.kept();
+        if before.as_ref().is_some_and(|kept| kept.model == *model) {
+            return;
+        }
         let common = self.common(model);
-        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        let before = kept.take().filter(|kept| kept.common == common);
-        *kept = Some(self.kept_of(model, common, before));
+        let before = before.filter(|kept| kept.common == common);
+        let mut kept = self.kept_of(model, common, before.as_ref());
+        kept.relative = self.missed(model, &kept).into();
+        *self.kept.lock().unwrap_or_else(PoisonError::into_inner) = Some(kept);
     }
 
-    fn kept_of(&self, model: &Model, common: Model, before: Option<Kept>) -> Kept {
+    /// Slopes of the residuals of the model that is kept, in units of noise, as far as they are known.
+    pub(super) fn slopes(&self) -> Vec<(ParameterId, Arc<[f64]>)> {
+        self.kept().map_or_else(Vec::new, |kept| kept.slopes)
+    }
+
+    /// Keeps slopes, too, until another model is kept.
+    pub(super) fn keep_slopes(&self, slopes: Vec<(ParameterId, Arc<[f64]>)>) {
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(kept) = kept.as_mut() {
+            kept.slopes = slopes;
+        }
+    }
+
+    fn kept(&self) -> Option<Kept> {
+        let kept = self.kept.lock();
+        kept.unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    fn kept_of(&self, model: &Model, common: Model, before: Option<&Kept>) -> Kept {
         let (logs, loads) = match before {
-            Some(before) => (before.logs, before.loads),
+            Some(before) => (before.logs.clone(), before.loads.clone()),
             None => (self.unaffected(model), Arc::default()),
         };
         let none = LoadOfEach::default();
@@ -135,23 +163,31 @@ impl<'a> Residuals<'a> {
         };
         let loads = logs.iter().zip(0..).map(load).collect();
         Kept {
+            model: model.clone(),
             common,
             logs,
             loads,
+            relative: Arc::default(),
+            slopes: Vec::new(),
         }
     }
 
     /// Residuals over noise.
-    fn relative(&self, model: &Model) -> Vec<f64> {
-        let kept = self
-            .kept
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .clone();
+    pub(super) fn relative(&self, model: &Model) -> Arc<[f64]> {
+        let kept = self.kept();
+        if let Some(same) = kept.as_ref().filter(|kept| kept.model == *model) {
+            return same.relative.clone();
+        }
         let common = self.common(model);
         let kept = kept.filter(|kept| kept.common == common);
-        let Kept { logs, loads, .. } = kept.unwrap_or_else(|| self.kept_of(model, common, None));
-        let each = logs.iter().zip(self.signals).zip(&*loads);
+        let kept = kept.unwrap_or_else(|| self.kept_of(model, common, None));
+        self.missed(model, &kept).into()
+    }
+
+    /// Residuals over noise of a model that has this in common with the one that is kept.
+    fn missed(&self, model: &Model, kept: &Kept) -> Vec<f64> {
+        let logs = &kept.logs;
+        let each = logs.iter().zip(self.signals).zip(&*kept.loads);
         let wrenches: Vec<Vec<Option<Six>>> = each
             .map(|((log, signals), loads)| log.wrench.with_effects(model, signals, loads))
             .collect();
@@ -208,14 +244,19 @@ impl<'a> Residuals<'a> {
     }
 }
 
-/// What models have in common, of each log.
+/// A model's residuals, and what it has in common with others, of each log.
 #[derive(Clone)]
 struct Kept {
+    model: Model,
     /// The model without its effects on the reading alone.
     common: Model,
     logs: Arc<[Unaffected]>,
-    /// What the effects of the last model load the sensor with.
+    /// What the model's effects load the sensor with.
     loads: Arc<[LoadOfEach]>,
+    /// Its residuals over noise.
+    relative: Arc<[f64]>,
+    /// Slopes of those by some parameters.
+    slopes: Vec<(ParameterId, Arc<[f64]>)>,
 }
 
 /// What no effect on the reading alone changes of a log's prediction.

@@ -1,6 +1,6 @@
 //! Which parameters an effect of a model file may have.
 
-use crate::effects::Effect;
+use crate::effects::{Effect, Role};
 use crate::model::Model;
 use crate::model::load::effects::LoadEffect;
 use crate::model::stage::Stage;
@@ -20,6 +20,8 @@ pub struct Allowed {
     pub default: f64,
     /// It says which form of the effect it is; there is nothing to fit.
     pub choice: bool,
+    /// The reading is linear in it.
+    pub linear: bool,
 }
 
 /// Parameters that an effect may have: those of the catalogue, and the forms of its stages.
@@ -35,6 +37,7 @@ pub fn known(model: &Model, effect: &Effect) -> Vec<Allowed> {
             high: p.high,
             default: p.default(),
             choice: p.is_form(),
+            linear: on_the_reading.is_some() && p.role == Role::Linear,
         })
         .collect();
     let forms = Stage::ALL.into_iter().filter(|s| s.id() == effect.id);
@@ -47,6 +50,7 @@ pub fn known(model: &Model, effect: &Effect) -> Vec<Allowed> {
             high,
             default,
             choice: true,
+            linear: false,
         };
         add(&mut all, form);
     }
