@@ -68,3 +68,24 @@ fn a_constant_that_differs_a_little_is_said_to() {
     let expected = "guide_offset differed from log to log: with torque_n_m = -21";
     assert!(note.contains(expected), "{note}");
 }
+
+/// The zero of a torque sensor that is set anew before each log: no log has a drift, and what all have in common of it is next to
+/// nothing.
+#[test]
+fn logs_with_zeros_of_their_own_disagree_about_the_zero() {
+    let text = MODEL.replace("commanded", "measured");
+    let model = Model::from_toml(&text, "model.toml").unwrap();
+    let with = |seed: u64, zero: f64| log(10.0, 0.5 * seed as f64, seed, move |_, _| zero);
+    let (train, second, third) = (with(3, -0.5), with(4, -4.4), with(5, 5.1));
+    let found = diagnose(&model, &[&train], &[&second, &third], &|_, _| {})
+        .unwrap()
+        .diagnosis;
+    assert_eq!(found.verdict, Verdict::LogsDisagree, "{}", found.sentence);
+    assert_eq!(found.disagreeing.len(), 1, "{}", found.sentence);
+    let zeros = ["guide_offset", "ft_bias"];
+    assert!(
+        zeros.contains(&found.disagreeing[0].as_str()),
+        "{}",
+        found.sentence
+    );
+}

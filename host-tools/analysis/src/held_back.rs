@@ -1,5 +1,6 @@
 //! Parts of a recording.
 
+use crate::diagnose::stretches::moves_enough;
 use softdock_io::recording::Recording;
 use softdock_physics::model::prediction::signals::Signals;
 use std::ops::Range;
@@ -12,6 +13,14 @@ pub(crate) fn held_back(recording: &Recording) -> (Recording, Recording) {
     let count = recording.cycles.len();
     let at = count - (count as f64 * HELD_BACK) as usize;
     (part(recording, 0..at), part(recording, at..count))
+}
+
+/// That of each log, unless the end of one excites little of what its beginning does: then nothing is held back.
+pub(crate) fn all_held_back(logs: &[&Recording]) -> Option<Vec<(Recording, Recording)>> {
+    let halves = logs.iter().map(|log| held_back(log));
+    halves
+        .map(|halves| moves_enough(&halves).then_some(halves))
+        .collect()
 }
 
 /// Whether both are parts of one recording: those that an import makes of one table, or what is held back of one log.

@@ -100,8 +100,15 @@ pub struct Step {
     pub effect: String,
     /// Error on the log of the fit.
     pub train_error: f64,
-    /// Error on unseen data.
+    /// Error on unseen data, if there is any.
     pub test_error: Option<f64>,
+}
+
+impl Step {
+    /// The error by which it is judged: that on unseen data where there is some.
+    pub fn judged(&self) -> f64 {
+        self.test_error.unwrap_or(self.train_error)
+    }
 }
 
 /// Error of a model on recordings, all channels together ([`ChannelLevels::rms`]).

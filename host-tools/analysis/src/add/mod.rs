@@ -189,11 +189,11 @@ fn in_digits(effect: &EffectModel) -> EffectModel {
     effect
 }
 
-/// Why what was fitted is not worth writing: the error on unseen data does not fall. All of it is judged together: a
+/// Why what was fitted is not worth writing: the error on what is `judged`, unseen data where there is some, does not fall. All of it is judged together: a
 /// friction that one log shows on its way down alone hides half of a weight, and only both help.
-pub fn useless(steps: &[Step], unseen: &str) -> Option<String> {
+pub fn useless(steps: &[Step], judged: &str) -> Option<String> {
     let (first, last) = (steps.first()?, steps.last()?);
-    let (before, after) = (first.test_error?, last.test_error?);
+    let (before, after) = (first.judged(), last.judged());
     let falls = after < before; // not so for NaN
     let added: Vec<String> = steps[1..]
         .iter()
@@ -205,7 +205,7 @@ pub fn useless(steps: &[Step], unseen: &str) -> Option<String> {
             if added.len() == 1 { "does" } else { "do" },
         );
         format!(
-            "{names} {verb} not help: the error on {unseen} goes from {before:.3} to \
+            "{names} {verb} not help: the error on {judged} goes from {before:.3} to \
              {after:.3} (on the data of the fit from {:.3} to {:.3})",
             first.train_error, last.train_error
         )

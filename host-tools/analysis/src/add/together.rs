@@ -50,7 +50,7 @@ pub fn refit_beside(model: &Model, report: &mut Report, logs: &Logs) -> Result<V
     let Some(last) = steps.last_mut().filter(|_| now < before * (1.0 - RISES)) else {
         return Ok(Vec::new());
     };
-    (last.train_error, last.test_error) = (error(&after, &train)?, Some(now));
+    (last.train_error, last.test_error) = (error(&after, &train)?, logs.on_unseen(now));
     let predictions = test.iter().map(|log| predict(&after, log));
     report.diagnosis.residual_rms_sigma = BeforeAfter {
         after: ChannelLevels::of(&predictions.collect::<Result<Vec<_>>>()?),
@@ -105,9 +105,12 @@ pub(super) fn found_beside(
     let mut others = report.after.clone();
     others.effects.retain(|one| !missing.contains(&one.id));
     let without = error(&refitted(&others, new, &train)?.0, &test)?;
-    let steps = steps(model, ids, &report.after, [&train, &test])?;
-    let errors = [steps.first(), steps.last()].map(|step| step.and_then(|step| step.test_error));
+    let mut steps = steps(model, ids, &report.after, [&train, &test])?;
+    let errors = [steps.first(), steps.last()].map(|step| step.map(Step::judged));
     let [before, now] = errors.map(|error| error.unwrap_or(f64::NAN));
+    for step in &mut steps {
+        step.test_error = logs.on_unseen(step.judged());
+    }
     let falls = now * evidence::RISES < before.min(without); // not so for NaN
     let is_shown = falls && ids.iter().all(|id| is_sure(&report, id));
     if !is_shown && !forced {

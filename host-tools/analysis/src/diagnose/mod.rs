@@ -34,7 +34,7 @@ mod noise;
 mod prediction_error;
 mod question;
 mod stages;
-mod stretches;
+pub(crate) mod stretches;
 mod watch;
 mod wrench;
 
@@ -44,7 +44,7 @@ pub use logs::Logs;
 
 use crate::compare::compare;
 use crate::fit::same_rig;
-use crate::held_back::{are_of_one_log, held_back};
+use crate::held_back::{all_held_back, are_of_one_log};
 use crate::levels::ChannelLevels;
 use answer::outcome::Outcome;
 use anyhow::{bail, ensure};
@@ -226,12 +226,13 @@ fn ask(
     ensure!(!train.is_empty(), "expected at least one log to fit on");
     let halves: Vec<(Recording, Recording)>;
     let whole = if test.is_empty() {
-        halves = train.iter().map(|log| held_back(log)).collect();
-        if halves.iter().all(stretches::moves_enough) {
-            let (beginnings, ends) = halves.iter().map(|(a, b)| (a, b)).unzip();
-            Logs::new(beginnings, ends)
-        } else {
-            Logs::new(train.to_vec(), Vec::new())
+        match all_held_back(train) {
+            Some(all) => {
+                halves = all;
+                let (beginnings, ends) = halves.iter().map(|(a, b)| (a, b)).unzip();
+                Logs::new(beginnings, ends)
+            }
+            None => Logs::new(train.to_vec(), Vec::new()),
         }
     } else {
         Logs::new(train.to_vec(), test.to_vec())
@@ -266,7 +267,7 @@ fn ask(
 }
 
 /// What is concluded from the stages. Of ties the answer is what foretells unseen data best, with the forms and intervals that a
-/// search among its effects finds.
+/// search among its effects finds; of logs that disagree none foretells another.
 fn concluded(
     model: &Model,
     recordings: &Logs<&Recording>,
@@ -277,7 +278,8 @@ fn concluded(
     let stages = stages::run(model, recordings, question, progress)?;
     progress(0.95, "drawing the conclusion");
     let outcome = answer::outcome::conclude(model, recordings, &stages, unseen, question)?;
-    let tie = match question.is_asked() || question.among.is_some() {
+    let disagree = outcome.diagnosis.verdict == Verdict::LogsDisagree;
+    let tie = match disagree || question.is_asked() || question.among.is_some() {
         true => None,
         false => prediction_error::for_prediction::better_tie(model, recordings, &stages)?,
     };
@@ -300,26 +302,31 @@ fn concluded(
     })
 }
 
-/// What a comparison says of the model with what is named, on the log of the fit and on the other one.
+/// What a comparison says of the model with what is named, on a log of the fit and on another one.
 fn left_on_each(
     diagnosis: &Diagnosis,
     after: &Model,
     recordings: &Logs<&Recording>,
 ) -> anyhow::Result<Vec<String>> {
-    let shown = match diagnosis.of_all_logs {
-        Some(_) => "the other log",
-        None => "unseen data",
+    let first_of = |logs: &[&Recording], of: &str| match logs.len() {
+        1 => format!("the log of {of}"),
+        _ => format!("the first log of {of}"),
     };
-    [
-        ("the log of the fit", recordings.all[0]),
-        (shown, *recordings.shown()),
-    ]
-    .into_iter()
-    .map(|(log, recording)| {
-        let rest = compare(after, recording)?.sentence;
-        Ok(format!("What is left on {log}: {rest}"))
-    })
-    .collect()
+    let (of_fit, of_test) = (recordings.train(), recordings.test());
+    let shown = match diagnosis.unseen {
+        true => first_of(of_test, "the test"),
+        false => "the end of the log".to_owned(),
+    };
+    let mut each = vec![(first_of(of_fit, "the fit"), of_fit[0])];
+    if !diagnosis.in_sample {
+        each.push((shown, of_test[0]));
+    }
+    each.into_iter()
+        .map(|(log, recording)| {
+            let rest = compare(after, recording)?.sentence;
+            Ok(format!("What is left on {log}: {rest}"))
+        })
+        .collect()
 }
 
 /// Whether more than details of its form is left of the reading.

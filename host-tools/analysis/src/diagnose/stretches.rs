@@ -13,7 +13,7 @@ const MOST_ROWS: usize = 100_000;
 const STRETCHES: usize = 8;
 
 /// Whether what is held back excites what the beginning does.
-pub(super) fn moves_enough((beginning, end): &(Recording, Recording)) -> bool {
+pub(crate) fn moves_enough((beginning, end): &(Recording, Recording)) -> bool {
     /// Least motion of the end, as a share of that of the beginning.
     const ENOUGH: f64 = 0.1;
     let commanded = is_commanded(beginning);

@@ -68,7 +68,7 @@ impl Judged {
             Ok(Step {
                 effect: effect.to_owned(),
                 train_error: error(model, &train)?,
-                test_error: Some(error(model, &test)?),
+                test_error: logs.on_unseen(error(model, &test)?),
             })
         };
         let steps = [
@@ -76,7 +76,7 @@ impl Judged {
             step(HistoryStep::REFIT, &found.after)?,
         ];
         let mut after = found.after;
-        let needless = needless(&after, steps[1].test_error, &|model| error(model, &test))?;
+        let needless = needless(&after, steps[1].judged(), &|model| error(model, &test))?;
         for effect in &mut after.effects {
             let name = format!("{}.", effect.id);
             if found.parameters.iter().any(|p| p.name.starts_with(&name)) {
@@ -85,7 +85,7 @@ impl Judged {
         }
         record::append(&mut after.history, &logs.names, &steps);
         Ok(Self {
-            doubt: doubt(&steps, logs.unseen()),
+            doubt: doubt(&steps, logs.judged_name()),
             parameters: found.parameters,
             undetermined: found.undetermined,
             steps,
@@ -110,10 +110,9 @@ impl Judged {
 /// Effects of a model without which the error on unseen data is not larger than with them.
 fn needless(
     model: &Model,
-    with_all: Option<f64>,
+    with_all: f64,
     error: &dyn Fn(&Model) -> Result<f64>,
 ) -> Result<Vec<Needless>> {
-    let with_all = with_all.unwrap_or(f64::NAN);
     let mut needless = Vec::new();
     for place in 0..model.effects.len() {
         let mut without = model.clone();
@@ -126,13 +125,11 @@ fn needless(
     Ok(needless)
 }
 
-fn doubt(steps: &[Step; 2], unseen: &str) -> Option<String> {
-    let [before, after] = steps.each_ref().map(|s| s.test_error.unwrap_or(f64::NAN));
+fn doubt(steps: &[Step; 2], judged: &str) -> Option<String> {
+    let [before, after] = steps.each_ref().map(Step::judged);
     let holds = after <= before * (1.0 + RISES); // not so for NaN
     (!holds).then(|| {
-        format!(
-            "the fit does not help: the error on {unseen}, which it has not seen, goes from {before:.3} to {after:.3}"
-        )
+        format!("the fit does not help: the error on {judged} goes from {before:.3} to {after:.3}")
     })
 }
 
@@ -155,7 +152,7 @@ mod tests {
             let dry = model.effects.iter().any(|e| e.id == "guide_coulomb");
             Ok(if dry { 1.0 } else { 2.0 })
         };
-        let found = needless(&model, Some(1.0), &error).unwrap();
+        let found = needless(&model, 1.0, &error).unwrap();
         let ids: Vec<&str> = found.iter().map(|n| n.effect.as_str()).collect();
         assert_eq!(ids, ["guide_viscous"]);
     }

@@ -2,7 +2,7 @@
 
 use super::record::Names;
 use super::{excitation, same_rig};
-use crate::held_back::held_back;
+use crate::held_back::all_held_back;
 use crate::import::checks::{Context, check};
 use anyhow::{Result, ensure};
 use softdock_app::record::CycleRecord;
@@ -18,7 +18,7 @@ pub struct Logs {
     pub train: Vec<Recording>,
     /// Unseen.
     pub test: Vec<Recording>,
-    /// As the user gave them; without an unseen recording, `test` is the end of `train`.
+    /// As the user gave them; without an unseen recording, `test` is the end of `train`, if that can be held back.
     pub names: Names,
     /// What the user should know about them.
     pub notes: Vec<String>,
@@ -45,12 +45,26 @@ impl Logs {
             all_names.zip(train_logs.iter().chain(&test_logs)).collect();
         refuse_copies(&named)?;
         notes.extend(same_rig::differences(&named));
-        Ok(Self {
-            names: Names::of(&train, &test),
+        let logs = Self {
+            names: Names::default(),
             train: train_logs,
             test: test_logs,
             notes,
-        })
+        };
+        Ok(logs.named(&train, &test))
+    }
+
+    /// The same under these names.
+    pub fn named(self, train: &[String], test: &[String]) -> Self {
+        let test = match test {
+            [] => all_held_back(&self.fitted()).map(|_| format!("{}, its end", train.join(", "))),
+            test => Some(test.join(", ")),
+        };
+        let train = train.join(", ");
+        Self {
+            names: Names { train, test },
+            ..self
+        }
     }
 
     /// Those to fit on.
@@ -63,16 +77,31 @@ impl Logs {
         self.test.iter().collect()
     }
 
-    /// Logs to fit on and logs to judge on: without unseen ones the end of each of the others is held back.
+    /// Logs to fit on and logs to judge on: without unseen ones the end of each of the others is held back, and where that cannot be
+    /// they are judged themselves.
     pub(crate) fn parted(&self) -> [Vec<Cow<'_, Recording>>; 2] {
-        if !self.test.is_empty() {
-            return [&self.train, &self.test].map(|logs| logs.iter().map(Cow::Borrowed).collect());
+        let held_back = match self.test.is_empty() {
+            true => all_held_back(&self.fitted()),
+            false => None,
+        };
+        if let Some(halves) = held_back {
+            let halves = halves.into_iter();
+            let (starts, ends) = halves
+                .map(|(start, end)| (Cow::Owned(start), Cow::Owned(end)))
+                .unzip();
+            return [starts, ends];
         }
-        let halves = self.train.iter().map(held_back);
-        let (starts, ends) = halves
-            .map(|(start, end)| (Cow::Owned(start), Cow::Owned(end)))
-            .unzip();
-        [starts, ends]
+        let test = if self.test.is_empty() {
+            &self.train
+        } else {
+            &self.test
+        };
+        [&self.train, test].map(|logs| logs.iter().map(Cow::Borrowed).collect())
+    }
+
+    /// An error on what [`Self::parted`] judges, if it is one on unseen data.
+    pub(crate) fn on_unseen(&self, error: f64) -> Option<f64> {
+        self.names.test.is_some().then_some(error)
     }
 
     /// The recording whose settings a report shows.
@@ -80,9 +109,9 @@ impl Logs {
         self.test.first().unwrap_or(&self.train[0])
     }
 
-    /// Its name in sentences.
-    pub fn unseen(&self) -> &str {
-        self.names.test.as_deref().unwrap_or_default()
+    /// In sentences the name of what is judged: unseen data where there is some.
+    pub fn judged_name(&self) -> &str {
+        self.names.test.as_ref().unwrap_or(&self.names.train)
     }
 }
 

@@ -9,11 +9,11 @@ use softdock_physics::model::edit::rounded;
 const EDITED: f64 = 0.01;
 
 /// Names of the recordings of a step, as the history keeps them.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Names {
     /// The recording of the fit.
     pub train: String,
-    /// The recording that the fit has not seen.
+    /// The recording that the fit has not seen, if there is one.
     pub test: Option<String>,
 }
 
@@ -46,21 +46,6 @@ impl<'a> Fall<'a> {
         });
         Self {
             steps: steps.collect(),
-        }
-    }
-}
-
-impl Names {
-    /// Of recordings to fit on and unseen ones; without any the end of the others is held back.
-    pub fn of(train: &[String], test: &[String]) -> Self {
-        let train = train.join(", ");
-        let test = match test {
-            [] => format!("{train}, its end"),
-            test => test.join(", "),
-        };
-        Self {
-            train,
-            test: Some(test),
         }
     }
 }

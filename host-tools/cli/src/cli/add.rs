@@ -62,7 +62,7 @@ impl Add {
         let after = model_after(file.model(), &report, &logs.names);
         let edited = file.edited(&after)?;
         let difference = edited.difference();
-        let useless = useless(&diagnosis.steps, logs.unseen());
+        let useless = useless(&diagnosis.steps, logs.judged_name());
         if self.dry_run {
             useless.iter().for_each(|reason| say!("warning: {reason}"));
             return self.show(diagnosis, &moved, &logs, &difference, false);
@@ -147,7 +147,7 @@ impl Add {
             diagnosis.effects.join(", "),
             error_reduction(diagnosis, logs),
             tables::parameters(&diagnosis.parameters),
-            logs.unseen(),
+            logs.judged_name(),
             tables::levels(&diagnosis.residual_rms_sigma),
         ))
     }
@@ -174,7 +174,7 @@ fn error_reduction(diagnosis: &Diagnosis, logs: &Logs) -> String {
     if let (Some(before), Some(after)) = (first.test_error, last.test_error) {
         text.push_str(&format!(
             "; on {}, {}, it {}",
-            logs.unseen(),
+            logs.judged_name(),
             match diagnosis.of_all_logs {
                 Some(_) => "which took part in the fit",
                 None => "which the fit has not seen",

@@ -73,7 +73,7 @@ impl Fit {
             logs.names.train, before.train_error, after.train_error
         );
         if let (Some(before), Some(after)) = (before.test_error, after.test_error) {
-            let unseen = logs.unseen();
+            let unseen = logs.judged_name();
             text.push_str(&format!(
                 "; on {unseen}, which the fit has not seen, from {before:.3} to {after:.3}"
             ));
@@ -89,7 +89,7 @@ impl Fit {
                 "\n{0} foretells nothing here: without it, all else as it is, the error on {1} is {2:.3}. \
                  `softdock remove {3} {0}` takes it out.\n",
                 needless.effect,
-                logs.unseen(),
+                logs.judged_name(),
                 needless.test_error,
                 quoted(&path)
             ));

@@ -116,7 +116,7 @@ impl Search {
         } else {
             String::new()
         };
-        let doubt = doubt.or_else(|| useless(&diagnosis.steps, self.logs.unseen()));
+        let doubt = doubt.or_else(|| useless(&diagnosis.steps, self.logs.judged_name()));
         let document = self.document(
             Addition {
                 diagnosis,

@@ -12,7 +12,6 @@ use axum::extract::rejection::JsonRejection;
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
 use softdock_analysis::fit::Logs;
-use softdock_analysis::fit::record::Names;
 use softdock_physics::model::edit::ModelFile;
 use std::path::PathBuf;
 
@@ -64,8 +63,8 @@ impl Selection {
     }
 
     /// The recordings under the names that they have in the folder.
-    fn named(&self, mut logs: Logs, root: &str) -> Logs {
-        logs.names = Names::of(&self.fit, &self.test);
+    fn named(&self, logs: Logs, root: &str) -> Logs {
+        let mut logs = logs.named(&self.fit, &self.test);
         for note in &mut logs.notes {
             *note = note.replace(root, "");
         }

@@ -286,10 +286,11 @@ fn interval(from: f64, to: f64, unit: &'static str) -> (String, String, &'static
     (text(from), text(to), unit)
 }
 
-/// Factor and name of the unit in which such a value is usually written on a rig.
+/// Factor and name of the unit in which such a value is usually written on a rig; thousands of thousandths in whole ones.
 fn readable(size: f64, unit: &'static str) -> (f64, &'static str) {
     let small = size < 1e-3;
     match unit {
+        _ if size >= 1.0 => (1.0, unit),
         "m" if small => (1e6, "µm"),
         "m" => (1e3, "mm"),
         "m/s" if small => (1e6, "µm/s"),

@@ -252,6 +252,7 @@ impl<'a> Known<'a> {
 
     /// The error with none, one, two ... of these effects.
     fn steps(&mut self, order: &[usize]) -> anyhow::Result<Vec<Step>> {
+        let unseen = self.recordings.fitted < self.recordings.all.len();
         let mut steps = Vec::new();
         for count in 0..=order.len() {
             let so_far = self.levels(&order[..count])?;
@@ -260,7 +261,7 @@ impl<'a> Known<'a> {
             steps.push(Step {
                 effect: effect.to_owned(),
                 train_error: so_far.train,
-                test_error: Some(so_far.test),
+                test_error: unseen.then_some(so_far.test),
             });
         }
         Ok(steps)

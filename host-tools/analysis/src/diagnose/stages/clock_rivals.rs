@@ -139,7 +139,12 @@ fn alternatives(
         .common_delay
         .filter(|l| question.asks_for(clock_offset::EFFECT.id) || l.chi2 + TOLD_APART < reached);
     let late_s = of_all_axes(actuator, Stage::Delay).or(earlier.map(|l| l.late_s));
-    if let Some(late_s) = late_s.filter(|_| question.tries(model, clock_offset::EFFECT.id)) {
+    // Without a sensor a motion that comes late has a delay, which is the plainer reading; none comes before its command.
+    let differs = |late_s: &(f64, f64)| {
+        found.wrench.is_some() || late_s.0 < 0.0 || question.asks_for(clock_offset::EFFECT.id)
+    };
+    let tried = question.tries(model, clock_offset::EFFECT.id);
+    if let Some(late_s) = late_s.filter(differs).filter(|_| tried) {
         let clock = ClockFinding {
             jitter,
             offset_s: Some(late_s),

@@ -18,6 +18,9 @@ const LATEST_S: f64 = 0.1;
 const LATEST_CYCLES: f64 = 10.0;
 /// The same as a share of the shortest log: of what is later too little is left to compare. Set by hand.
 const LATEST_SHARE: f64 = 0.25;
+/// Shortest time constant of a drift as a share of the shortest log: what is over sooner is a constant but for the first rows. Set by
+/// hand.
+const CREEPS: f64 = 0.1;
 /// Share of the usual speed (rms) of the logs at which the fall of a friction has ended: one that still falls beyond it is told
 /// neither from one that falls all the way nor from less friction with a higher peak.
 const FALLEN: f64 = 0.5;
@@ -233,6 +236,9 @@ impl LoadEffect {
             let latest = (LATEST_S * logs.slower()).min(LATEST_SHARE * logs.shortest_s);
             return [low, high].map(|end| end.clamp(-latest, latest));
         }
+        if self.is_a_drift() {
+            return [low.max(CREEPS * logs.shortest_s).min(high), high];
+        }
         match self.is_speed_of_friction(parameter) {
             true if parameter.is_form() => {
                 let largest = tried.values.iter().copied().fold(0.0, f64::max);
@@ -277,6 +283,24 @@ impl LoadEffect {
     /// Whether it follows the time and nothing else: a zero with a shape, which is how it changes.
     pub fn is_a_drift(&self) -> bool {
         self.is_of_a_zero() && !self.shapes.is_empty()
+    }
+
+    /// Whether it is the same at all times, whatever moves.
+    pub fn is_a_constant(&self) -> bool {
+        let moving = Slide {
+            position: 0.1,
+            acceleration: 0.3,
+            ..Slide::at_velocity(0.2)
+        };
+        match &self.effect.law {
+            Law::Zero(_) => self.shapes.is_empty(),
+            Law::Guide(law) | Law::Bearing(law) => {
+                let ones = vec![1.0; self.coefficients.len()];
+                let values = self.values(&[], &ones);
+                (law.force)(&values, &moving) == (law.force)(&values, &Slide::default())
+            }
+            _ => false,
+        }
     }
 
     /// Whether it is the zero of a sensor.

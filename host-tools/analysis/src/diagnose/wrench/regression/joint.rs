@@ -480,6 +480,25 @@ impl Joint {
         (0..parts.len()).map(of).collect()
     }
 
+    /// By how much more χ² falls beside a hypothesis with amounts of each log's own of a constant, whose white columns these are, than
+    /// with common ones; and what is left with the common ones.
+    pub(crate) fn own_constants(&self, tested: &Tested, constant: &[&Column]) -> Option<[f64; 2]> {
+        let effects = tested.effects.iter();
+        let parts: Vec<Column> = effects.map(|one| self.white_part_of(tested, one)).collect();
+        let logs = 0..self.logs.len();
+        let own: Vec<Column> = logs
+            .flat_map(|log| constant.iter().map(move |c| self.problem.masked(c, log)))
+            .collect();
+        let gain = |with: &[&Column]| {
+            let columns: Vec<&Column> = parts.iter().chain(with.iter().copied()).collect();
+            let free = vec![Sign::Free; columns.len()];
+            Some(self.problem.solve_whitened(&columns, &free)?.gain)
+        };
+        let common = gain(constant)?;
+        let more = gain(&own.iter().collect::<Vec<_>>())? - common;
+        Some([more, self.problem.chi2 - common])
+    }
+
     /// χ² that is left beyond the number of values when it has fallen by this gain.
     pub(crate) fn left(&self, gain: f64) -> f64 {
         self.problem.chi2 - gain - self.problem.count as f64

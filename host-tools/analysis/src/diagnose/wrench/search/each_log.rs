@@ -90,6 +90,38 @@ impl Work<'_> {
         all
     }
 
+    /// A constant that each log has of its own, if that is most of what effects leave: a zero that was set anew, a weight in another
+    /// pose. What all logs have in common of it may be nothing, and other effects are found in its place, or refused, as they
+    /// foretell no other log.
+    pub(crate) fn own_constant(&self, accepted: &Tested) -> Option<Disagreement> {
+        let library = self.library;
+        let of = |place: usize| {
+            let variant = &library.variants[place];
+            let columns = variant.columns.iter().map(|k| &library.columns[*k]);
+            let columns: Vec<&Column> = columns.collect();
+            let [more, left] = self.joint.own_constants(accepted, &columns)?;
+            let amounts = columns.len() * (self.joint.logs.len() - 1);
+            let is_most = more > MOST * left;
+            (is_most && self.says_that_logs_disagree(more, amounts, accepted))
+                .then_some((more, place))
+        };
+        let all = 0..library.variants.len();
+        let constants = all.filter(|k| library.variants[*k].effect.is_a_constant());
+        let most = constants.filter_map(of);
+        let (_, place) = most.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let id = library.variants[place].effect.id;
+        let mut parts = self.parts(accepted);
+        if !accepted.effects.iter().any(|one| one.id == id) {
+            parts.push(Part {
+                variant: place,
+                used: (0..library.variants[place].columns.len()).collect(),
+            });
+        }
+        let with_it = evaluate(library, parts, self.price)?;
+        let found = Disagreement::new(id, &self.of_each_log(&with_it));
+        found.differs().then_some(found)
+    }
+
     /// Effects of which one log shows half as much again as the others.
     fn differing(&self, accepted: &Tested) -> Vec<&'static str> {
         let each = self.joint.contrasts(accepted).into_iter();

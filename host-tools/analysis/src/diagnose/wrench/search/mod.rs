@@ -85,6 +85,19 @@ pub(crate) struct Ask<'a> {
     pub watch: Watch<'a>,
 }
 
+impl Found {
+    /// The same after a search in which logs disagreed: what is refused accounts for no difference of theirs.
+    fn after(self, disagreeing: Vec<Disagreement>) -> Self {
+        match self.accepted.is_none() {
+            true => Self {
+                disagreeing,
+                ..self
+            },
+            false => self,
+        }
+    }
+}
+
 /// What a search works with.
 struct Work<'a> {
     joint: &'a Joint,
@@ -115,7 +128,7 @@ pub(crate) fn search(joint: &mut Joint, ask: &Ask<'_>) -> Found {
             break;
         }
         library = library.anew(joint);
-        found = searched(joint, &library, ask);
+        found = searched(joint, &library, ask).after(found.disagreeing);
     }
     match found.accepted.clone() {
         Some(accepted) => beside_found(joint, library, &accepted, found, ask),
@@ -223,9 +236,10 @@ impl Work<'_> {
             return found;
         }
         let is_later = self.is_late(&end.0) && !self.is_late(before);
+        let concluded = self.concluded(vec![end], found.ranked, ask);
         Found {
             before_late: if is_later { before.ids() } else { Vec::new() },
-            ..self.concluded(vec![end], found.ranked, ask)
+            ..concluded.after(found.disagreeing)
         }
     }
 
@@ -238,7 +252,7 @@ impl Work<'_> {
     ) -> Found {
         let best = ends.iter().map(|end| end.0.clone());
         let best = best.max_by(|a, b| a.evidence.total_cmp(&b.evidence));
-        let settled = best.map(|best| self.settled(best));
+        let settled = best.clone().map(|best| self.settled(best));
         let came_to_end =
             settled.as_ref().is_none_or(|settled| settled.1) && ends.iter().all(|end| end.1);
         let ended_after = (!came_to_end).then_some(STEPS);
@@ -257,9 +271,11 @@ impl Work<'_> {
         let support = accepted.as_ref().map_or_else(Vec::new, |t| self.support(t));
         let rivals = accepted.as_ref().map_or_else(Vec::new, |t| self.rivals(t));
         ranked.extend(accepted.iter().flat_map(|t| self.in_twos(t)));
-        let disagreeing = match ask.each_log {
-            true => self.disagreeing(accepted.as_ref()),
-            false => Vec::new(),
+        let best = accepted.as_ref().or(best.as_ref());
+        let disagreeing = match best.and_then(|best| self.own_constant(best)) {
+            _ if !ask.each_log => Vec::new(),
+            Some(constant) => vec![constant],
+            None => self.disagreeing(accepted.as_ref()),
         };
         Found {
             accepted: accepted.map(|all| self.of_fit(all)),
