@@ -241,13 +241,21 @@ fn ask(
         of_one_log: are_of_one_log(whole.train(), &whole.all[whole.fitted..]),
         ..*question
     };
-    let parts = stretches::of_long(&whole);
-    let recordings = parts.as_ref().map_or_else(|| whole.clone(), Logs::map_refs);
+    let cut = stretches::between_gaps(model, &whole);
+    let pieces = cut.as_ref().map_or_else(|| whole.clone(), Logs::map_refs);
+    let parts = stretches::of_long(&pieces);
+    let recordings = parts
+        .as_ref()
+        .map_or_else(|| pieces.clone(), Logs::map_refs);
     let unseen = !test.is_empty();
     let (stages, outcome) = concluded(model, &recordings, unseen, question, progress)?;
     let mut diagnosis = outcome.diagnosis;
+    if cut.is_some() {
+        let note = stretches::note_of_gaps(&whole, &pieces);
+        diagnosis.notes.push(note);
+    }
     if parts.is_some() {
-        diagnosis.notes.push(stretches::note(&whole, &recordings));
+        diagnosis.notes.push(stretches::note(&pieces, &recordings));
     }
     if diagnosis.verdict == Verdict::Named && stages.wrench.as_ref().is_some_and(much_is_left) {
         let left = left_on_each(&diagnosis, &outcome.after, &recordings)?;

@@ -4,6 +4,9 @@ use super::logs::Logs;
 use crate::held_back::part;
 use softdock_app::record::CycleRecord;
 use softdock_io::recording::Recording;
+use softdock_physics::model::Model;
+use softdock_physics::model::log::stretches;
+use softdock_physics::model::prediction::signals::Signals;
 use std::ops::Range;
 
 /// Rows of all logs together of which no more are looked at; short logs stay whole. Time and memory grow with them: two logs of
@@ -16,7 +19,7 @@ const STRETCHES: usize = 8;
 pub(crate) fn moves_enough((beginning, end): &(Recording, Recording)) -> bool {
     /// Least motion of the end, as a share of that of the beginning.
     const ENOUGH: f64 = 0.1;
-    let commanded = is_commanded(beginning);
+    let commanded = is_commanded(&beginning.cycles);
     motion(&end.cycles, commanded) > ENOUGH * motion(&beginning.cycles, commanded)
 }
 
@@ -41,6 +44,54 @@ fn longest(logs: &[&Recording]) -> Option<usize> {
     None
 }
 
+/// Logs that gaps cut, as logs of what lies between these: the longest stretches, in their order. None where one stretch is nearly
+/// all of each, or each row is a measurement of its own.
+pub(super) fn between_gaps(model: &Model, logs: &Logs<&Recording>) -> Option<Logs<Recording>> {
+    let cut: Vec<Option<Vec<Range<usize>>>> = logs.all.iter().map(|log| cut(log)).collect();
+    if model.sensor.at_rest || cut.iter().all(Option::is_none) {
+        return None;
+    }
+    let each = logs.all.iter().zip(cut);
+    let mut each = each.map(|(log, stretches)| {
+        let ranges = stretches.unwrap_or_else(|| std::iter::once(0..log.cycles.len()).collect());
+        let parts = ranges.into_iter().map(|range| part(log, range));
+        parts.collect::<Vec<Recording>>()
+    });
+    let fitted = each.by_ref().take(logs.fitted).flatten().collect();
+    Some(Logs::new(fitted, each.flatten().collect()))
+}
+
+/// The stretches of a log that are looked at, if one is not nearly all of it.
+fn cut(log: &Recording) -> Option<Vec<Range<usize>>> {
+    /// Share of the rows from which the longest stretch is the log.
+    const WHOLE: f64 = 0.8;
+    /// Stretches of a log at most: time grows with them.
+    const MOST: usize = 8;
+    /// Shortest one as a share of the longest.
+    const SHORTEST: f64 = 0.25;
+    let mut all = stretches(&Signals::new(log).ok()?);
+    // Where nothing is sent nothing is said of a drive.
+    let commanded = is_commanded(&log.cycles);
+    all.retain(|stretch| !commanded || is_commanded(&log.cycles[stretch.clone()]));
+    all.sort_by_key(|stretch| std::cmp::Reverse(stretch.len()));
+    let longest = all.first()?.len() as f64;
+    all.truncate(MOST);
+    all.retain(|stretch| stretch.len() as f64 >= SHORTEST * longest);
+    all.sort_by_key(|stretch| stretch.start);
+    (longest < WHOLE * log.cycles.len() as f64).then_some(all)
+}
+
+/// What is said of logs that gaps cut.
+pub(super) fn note_of_gaps(whole: &Logs<&Recording>, looked_at: &Logs<&Recording>) -> String {
+    format!(
+        "Gaps cut the logs: of {} rows {} were looked at, in the {} longest stretches between gaps, each as a log of its own; errors \
+         are those of these rows.",
+        rows(&whole.all),
+        rows(&looked_at.all),
+        looked_at.all.len()
+    )
+}
+
 /// What is said of it.
 pub(super) fn note(whole: &Logs<&Recording>, looked_at: &Logs<&Recording>) -> String {
     format!(
@@ -59,7 +110,7 @@ fn rows(logs: &[&Recording]) -> usize {
 fn liveliest(log: &Recording, longest: usize) -> Range<usize> {
     let count = log.cycles.len();
     let length = longest.min(count);
-    let commanded = is_commanded(log);
+    let commanded = is_commanded(&log.cycles);
     let starts = (0..STRETCHES).map(|k| k * (count - length) / (STRETCHES - 1));
     let each = starts.map(|from| from..from + length);
     let of = |range: &Range<usize>| motion(&log.cycles[range.clone()], commanded);
@@ -67,9 +118,9 @@ fn liveliest(log: &Recording, longest: usize) -> Range<usize> {
         .unwrap_or(0..count)
 }
 
-fn is_commanded(log: &Recording) -> bool {
+fn is_commanded(cycles: &[CycleRecord]) -> bool {
     let sent = |c: &CycleRecord| c.trace.sent_velocity.iter().any(|v| *v != 0.0);
-    log.cycles.iter().any(sent)
+    cycles.iter().any(sent)
 }
 
 /// How much changes: the commanded velocity, or without one the pose.

@@ -9,6 +9,7 @@ use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use softdock_actuator::Reading;
 use softdock_control::frames::{Pose, Twist};
 use softdock_io::recording::{Beginning, Recording};
+use std::ops::Range;
 
 /// Six series, one per axis.
 pub type Series = [Vec<f64>; 6];
@@ -81,7 +82,9 @@ impl Log {
     ///
     /// A recording without a whole stretch.
     pub fn of(signals: &Signals<'_>, model: &Model) -> anyhow::Result<Self> {
-        let range = longest_stretch(signals);
+        let stretches = stretches(signals).into_iter();
+        let longest = stretches.rev().max_by_key(Range::len);
+        let range = longest.unwrap_or_default();
         ensure!(
             range.len() >= 2,
             "no two cycles of the recording follow each other; record again, with the loop closed"
@@ -222,18 +225,14 @@ fn finite(six: [f64; 6]) -> [f64; 6] {
     six.map(|v| if v.is_finite() { v } else { 0.0 })
 }
 
-/// The longest run of cycles that follow each other with a pose in each.
-fn longest_stretch(signals: &Signals<'_>) -> std::ops::Range<usize> {
-    let mut best = 0..0;
-    let mut start = 0;
-    for n in 0..signals.len() {
-        let breaks = n > start && signals.steps[n] != Step::Next;
-        if breaks || signals.pose(n).is_none() {
-            start = if breaks { n } else { n + 1 };
-        }
-        if n + 1 > start && n + 1 - start > best.len() {
-            best = start..n + 1;
+/// The runs of cycles that follow each other with a pose in each.
+pub fn stretches(signals: &Signals<'_>) -> Vec<Range<usize>> {
+    let mut all: Vec<Range<usize>> = Vec::new();
+    for n in (0..signals.len()).filter(|n| signals.pose(*n).is_some()) {
+        match all.last_mut() {
+            Some(last) if last.end == n && signals.steps[n] == Step::Next => last.end = n + 1,
+            _ => all.push(n..n + 1),
         }
     }
-    best
+    all
 }

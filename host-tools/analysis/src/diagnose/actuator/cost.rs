@@ -9,6 +9,7 @@ use softdock_physics::model::log::Log;
 use softdock_physics::model::stage::Stage;
 use softdock_physics::model::{Model, ToleranceModel};
 use softdock_statistics::{Noise, dot, noise_floor};
+use std::collections::BTreeSet;
 use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
@@ -529,6 +530,14 @@ impl<'a> Cost<'a> {
         });
         let rotates = (3..6).any(|axis| axes[axis]);
         Scale::of(series, self.cycle_s(), rotates)
+    }
+
+    /// Number of values that were sent on some axes.
+    pub(super) fn commands(&self, axes: &[usize]) -> usize {
+        let each = self.logs.iter().map(|log| &log.log.sent);
+        let series = each.flat_map(|sent| axes.iter().map(move |axis| &sent[*axis]));
+        let values: BTreeSet<u64> = series.flatten().map(|value| value.to_bits()).collect();
+        values.len()
     }
 }
 

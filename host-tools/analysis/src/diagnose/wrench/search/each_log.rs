@@ -5,6 +5,7 @@ use crate::diagnose::evidence::{self, DIFFERS, MOST};
 use crate::diagnose::wrench::left;
 use crate::diagnose::wrench::regression::fit::fitted_to;
 use crate::diagnose::wrench::regression::hypothesis::{Hypothesis, Part, evaluate};
+use crate::diagnose::wrench::regression::joint::OwnConstants;
 use crate::diagnose::wrench::regression::shaped::Care;
 use crate::diagnose::wrench::regression::tested::Tested;
 use rayon::prelude::*;
@@ -94,14 +95,18 @@ impl Work<'_> {
     /// pose. What all logs have in common of it may be nothing, and other effects are found in its place, or refused, as they
     /// foretell no other log.
     pub(crate) fn own_constant(&self, accepted: &Tested) -> Option<Disagreement> {
+        /// Share of what is left beside them from which slopes say that it is no constant: of a random walk a slope explains three
+        /// fifths of what its mean leaves.
+        const SLOPE: f64 = 0.25;
         let library = self.library;
         let of = |place: usize| {
             let variant = &library.variants[place];
             let columns = variant.columns.iter().map(|k| &library.columns[*k]);
             let columns: Vec<&Column> = columns.collect();
-            let [more, left] = self.joint.own_constants(accepted, &columns)?;
+            let OwnConstants { more, left, slopes } =
+                self.joint.own_constants(accepted, &columns)?;
             let amounts = columns.len() * (self.joint.logs.len() - 1);
-            let is_most = more > MOST * left;
+            let is_most = more > MOST * left && slopes < SLOPE * (left - more);
             (is_most && self.says_that_logs_disagree(more, amounts, accepted))
                 .then_some((more, place))
         };
