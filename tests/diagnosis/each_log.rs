@@ -76,16 +76,18 @@ fn logs_with_zeros_of_their_own_disagree_about_the_zero() {
     let text = MODEL.replace("commanded", "measured");
     let model = Model::from_toml(&text, "model.toml").unwrap();
     let with = |seed: u64, zero: f64| log(10.0, 0.5 * seed as f64, seed, move |_, _| zero);
-    let (train, second, third) = (with(3, -0.5), with(4, -4.4), with(5, 5.1));
-    let found = diagnose(&model, &[&train], &[&second, &third], &|_, _| {})
-        .unwrap()
-        .diagnosis;
-    assert_eq!(found.verdict, Verdict::LogsDisagree, "{}", found.sentence);
-    assert_eq!(found.disagreeing.len(), 1, "{}", found.sentence);
-    let zeros = ["guide_offset", "ft_bias"];
-    assert!(
-        zeros.contains(&found.disagreeing[0].as_str()),
-        "{}",
-        found.sentence
-    );
+    for [first, second, third] in [[-0.5, -4.4, 5.1], [3.0, 5.5, 9.0]] {
+        let (train, second, third) = (with(3, first), with(4, second), with(5, third));
+        let found = diagnose(&model, &[&train], &[&second, &third], &|_, _| {})
+            .unwrap()
+            .diagnosis;
+        assert_eq!(found.verdict, Verdict::LogsDisagree, "{}", found.sentence);
+        assert_eq!(found.disagreeing.len(), 1, "{}", found.sentence);
+        let zeros = ["guide_offset", "ft_bias"];
+        assert!(
+            zeros.contains(&found.disagreeing[0].as_str()),
+            "{}",
+            found.sentence
+        );
+    }
 }

@@ -1,6 +1,6 @@
 //! Parts of a recording.
 
-use crate::diagnose::stretches::moves_enough;
+use softdock_app::record::CycleRecord;
 use softdock_io::recording::Recording;
 use softdock_physics::model::prediction::signals::Signals;
 use std::ops::Range;
@@ -21,6 +21,34 @@ pub(crate) fn all_held_back(logs: &[&Recording]) -> Option<Vec<(Recording, Recor
     halves
         .map(|halves| moves_enough(&halves).then_some(halves))
         .collect()
+}
+
+/// Whether what is held back excites what the beginning does.
+fn moves_enough((beginning, end): &(Recording, Recording)) -> bool {
+    /// Least motion of the end, as a share of that of the beginning.
+    const ENOUGH: f64 = 0.1;
+    let commanded = is_commanded(&beginning.cycles);
+    motion(&end.cycles, commanded) > ENOUGH * motion(&beginning.cycles, commanded)
+}
+
+/// Whether any velocity was sent.
+pub(crate) fn is_commanded(cycles: &[CycleRecord]) -> bool {
+    let sent = |c: &CycleRecord| c.trace.sent_velocity.iter().any(|v| *v != 0.0);
+    cycles.iter().any(sent)
+}
+
+/// How much changes: the commanded velocity, or without one the pose.
+pub(crate) fn motion(cycles: &[CycleRecord], commanded: bool) -> f64 {
+    let changes = cycles.windows(2).map(|pair| {
+        let (a, b) = (&pair[0].trace, &pair[1].trace);
+        let of = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f64>();
+        if commanded {
+            of(&a.sent_velocity, &b.sent_velocity)
+        } else {
+            of(&a.pose, &b.pose)
+        }
+    });
+    changes.filter(|c| c.is_finite()).sum()
 }
 
 /// Whether both are parts of one recording: those that an import makes of one table, or what is held back of one log.
@@ -64,7 +92,6 @@ pub(crate) fn part(recording: &Recording, range: Range<usize>) -> Recording {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use softdock_app::record::CycleRecord;
 
     #[test]
     fn parts_of_one_log_follow_each_other() {

@@ -204,10 +204,15 @@ pub fn useless(steps: &[Step], judged: &str) -> Option<String> {
             added.join(", "),
             if added.len() == 1 { "does" } else { "do" },
         );
+        let of_fit = match last.test_error {
+            Some(_) => format!(
+                " (on the data of the fit from {:.3} to {:.3})",
+                first.train_error, last.train_error
+            ),
+            None => String::new(),
+        };
         format!(
-            "{names} {verb} not help: the error on {judged} goes from {before:.3} to \
-             {after:.3} (on the data of the fit from {:.3} to {:.3})",
-            first.train_error, last.train_error
+            "{names} {verb} not help: the error on {judged} goes from {before:.3} to {after:.3}{of_fit}"
         )
     })
 }

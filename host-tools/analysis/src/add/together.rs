@@ -46,15 +46,17 @@ pub fn refit_beside(model: &Model, report: &mut Report, logs: &Logs) -> Result<V
         return Ok(Vec::new());
     };
     let before = error(&report.after, &test)?;
-    let steps = &mut report.diagnosis.steps;
-    let Some(last) = steps.last_mut().filter(|_| now < before * (1.0 - RISES)) else {
+    let falls = now < before * (1.0 - RISES); // not so for NaN
+    if !falls {
         return Ok(Vec::new());
-    };
-    (last.train_error, last.test_error) = (error(&after, &train)?, logs.on_unseen(now));
-    let predictions = test.iter().map(|log| predict(&after, log));
+    }
+    // Of the whole logs, of which a diagnosis may have looked at a part.
+    let done = report.diagnosis.steps.iter().skip(1);
+    let ids: Vec<String> = done.map(|step| step.effect.clone()).collect();
+    report.diagnosis.steps = steps(model, &ids, &after, [&train, &test], logs)?;
     report.diagnosis.residual_rms_sigma = BeforeAfter {
-        after: ChannelLevels::of(&predictions.collect::<Result<Vec<_>>>()?),
-        ..report.diagnosis.residual_rms_sigma
+        before: ChannelLevels::of(&predictions(model, &test)?),
+        after: ChannelLevels::of(&predictions(&after, &test)?),
     };
     for (id, all) in &mut report.diagnosis.parameters {
         all.extend(parameters.get(id).cloned().unwrap_or_default());
@@ -105,12 +107,9 @@ pub(super) fn found_beside(
     let mut others = report.after.clone();
     others.effects.retain(|one| !missing.contains(&one.id));
     let without = error(&refitted(&others, new, &train)?.0, &test)?;
-    let mut steps = steps(model, ids, &report.after, [&train, &test])?;
+    let steps = steps(model, ids, &report.after, [&train, &test], logs)?;
     let errors = [steps.first(), steps.last()].map(|step| step.map(Step::judged));
     let [before, now] = errors.map(|error| error.unwrap_or(f64::NAN));
-    for step in &mut steps {
-        step.test_error = logs.on_unseen(step.judged());
-    }
     let falls = now * evidence::RISES < before.min(without); // not so for NaN
     let is_shown = falls && ids.iter().all(|id| is_sure(&report, id));
     if !is_shown && !forced {
@@ -150,6 +149,7 @@ fn steps(
     ids: &[String],
     after: &Model,
     [train, test]: [&[&Recording]; 2],
+    logs: &Logs,
 ) -> Result<Vec<Step>> {
     let step = |count: usize| -> Result<Step> {
         let mut with = after.clone();
@@ -162,7 +162,7 @@ fn steps(
         Ok(Step {
             effect: effect.to_owned(),
             train_error: error(with, train)?,
-            test_error: Some(error(with, test)?),
+            test_error: logs.on_unseen(error(with, test)?),
         })
     };
     (0..=ids.len()).map(step).collect()

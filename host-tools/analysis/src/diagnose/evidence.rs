@@ -20,7 +20,7 @@
 //! | [`NEARLY_AS_GOOD`] | 0.85 | what another hypothesis explains, as a share of what the answer does, from which both are right but for errors of form: laws of real machines leave up to 15 % of χ² to others. Set by hand |
 //! | [`AS_MUCH`] | 0.5 | what does less than half of what a named effect does beside the others does not stand for it: it is behind by little only because neither does much. Set by hand |
 //! | [`DIFFERS`] | 0.04 | logs disagree about an effect if what amounts of their own explain is this share of what its common amount does: the square of a fifth, one shows half as much again as the other. Amounts of four legs of one robot differ by 3 to 24 % between two runs; set by hand, and effects in one of two generated logs are told as before (`--seed 902`) |
-//! | [`MOST`] | 0.5 | half of the χ² of a log: an answer that leaves more of it, of which its own effects in this log's amounts explain more than half, is about other logs. The same share of what is left is most of it, where a note says what that is like. Set by hand |
+//! | [`MOST`] | 0.5 | half of the χ² of a log: an answer that leaves more of it, of which its own effects in this log's amounts explain more than half, is about other logs. Logs disagree about a constant that explains, with a value of each log's own, half of what is left with a common one. The same share of what is left is most of it, where a note says what that is like. Set by hand |
 
 use softdock_physics::effects::CATALOGUE;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};

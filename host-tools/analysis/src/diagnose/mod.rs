@@ -34,7 +34,7 @@ mod noise;
 mod prediction_error;
 mod question;
 mod stages;
-pub(crate) mod stretches;
+mod stretches;
 mod watch;
 mod wrench;
 
@@ -237,11 +237,13 @@ fn ask(
     } else {
         Logs::new(train.to_vec(), test.to_vec())
     };
+    let cut = stretches::between_gaps(model, &whole);
+    // Nor are the stretches of a log asked whether they are of one machine.
+    let of_one_log = cut.is_some() || are_of_one_log(whole.train(), &whole.all[whole.fitted..]);
     let question = &Question {
-        of_one_log: are_of_one_log(whole.train(), &whole.all[whole.fitted..]),
+        of_one_log,
         ..*question
     };
-    let cut = stretches::between_gaps(model, &whole);
     let pieces = cut.as_ref().map_or_else(|| whole.clone(), Logs::map_refs);
     let parts = stretches::of_long(&pieces);
     let recordings = parts
@@ -257,7 +259,8 @@ fn ask(
     if parts.is_some() {
         diagnosis.notes.push(stretches::note(&pieces, &recordings));
     }
-    if diagnosis.verdict == Verdict::Named && stages.wrench.as_ref().is_some_and(much_is_left) {
+    let much_is_left = stages.wrench.as_ref().is_some_and(much_is_left);
+    if diagnosis.verdict == Verdict::Named && cut.is_none() && much_is_left {
         let left = left_on_each(&diagnosis, &outcome.after, &recordings)?;
         diagnosis.notes.extend(left);
     }

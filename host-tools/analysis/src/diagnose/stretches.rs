@@ -1,8 +1,7 @@
 //! Which part of its logs a diagnosis looks at.
 
 use super::logs::Logs;
-use crate::held_back::part;
-use softdock_app::record::CycleRecord;
+use crate::held_back::{is_commanded, motion, part};
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 use softdock_physics::model::log::stretches;
@@ -14,14 +13,6 @@ use std::ops::Range;
 const MOST_ROWS: usize = 100_000;
 /// Stretches of a long log of which the one that moves most is looked at.
 const STRETCHES: usize = 8;
-
-/// Whether what is held back excites what the beginning does.
-pub(crate) fn moves_enough((beginning, end): &(Recording, Recording)) -> bool {
-    /// Least motion of the end, as a share of that of the beginning.
-    const ENOUGH: f64 = 0.1;
-    let commanded = is_commanded(&beginning.cycles);
-    motion(&end.cycles, commanded) > ENOUGH * motion(&beginning.cycles, commanded)
-}
 
 /// The stretch of each log that moves most, of logs that together are longer than a diagnosis looks at.
 pub(super) fn of_long(logs: &Logs<&Recording>) -> Option<Logs<Recording>> {
@@ -45,10 +36,13 @@ fn longest(logs: &[&Recording]) -> Option<usize> {
 }
 
 /// Logs that gaps cut, as logs of what lies between these: the longest stretches, in their order. None where one stretch is nearly
-/// all of each, or each row is a measurement of its own.
+/// all of each, where each row is a measurement of its own, and where a gap is not all that there is between two stretches: a rig
+/// begins a new run, and a mechanism holds what it has caught.
 pub(super) fn between_gaps(model: &Model, logs: &Logs<&Recording>) -> Option<Logs<Recording>> {
     let cut: Vec<Option<Vec<Range<usize>>>> = logs.all.iter().map(|log| cut(log)).collect();
-    if model.sensor.at_rest || cut.iter().all(Option::is_none) {
+    let of_a_rig = |log: &&Recording| !log.header.settings_toml.trim().is_empty();
+    let is_whole = model.sensor.at_rest || !model.contact.docking.is_empty();
+    if is_whole || cut.iter().all(Option::is_none) || logs.all.iter().any(of_a_rig) {
         return None;
     }
     let each = logs.all.iter().zip(cut);
@@ -84,8 +78,8 @@ fn cut(log: &Recording) -> Option<Vec<Range<usize>>> {
 /// What is said of logs that gaps cut.
 pub(super) fn note_of_gaps(whole: &Logs<&Recording>, looked_at: &Logs<&Recording>) -> String {
     format!(
-        "Gaps cut the logs: of {} rows {} were looked at, in the {} longest stretches between gaps, each as a log of its own; errors \
-         are those of these rows.",
+        "Gaps cut the logs: of {} rows {} were looked at, in {} stretches, the longest ones, each as a log of its own; whether they are of \
+         one machine is not asked.",
         rows(&whole.all),
         rows(&looked_at.all),
         looked_at.all.len()
@@ -118,28 +112,10 @@ fn liveliest(log: &Recording, longest: usize) -> Range<usize> {
         .unwrap_or(0..count)
 }
 
-fn is_commanded(cycles: &[CycleRecord]) -> bool {
-    let sent = |c: &CycleRecord| c.trace.sent_velocity.iter().any(|v| *v != 0.0);
-    cycles.iter().any(sent)
-}
-
-/// How much changes: the commanded velocity, or without one the pose.
-fn motion(cycles: &[CycleRecord], commanded: bool) -> f64 {
-    let changes = cycles.windows(2).map(|pair| {
-        let (a, b) = (&pair[0].trace, &pair[1].trace);
-        let of = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f64>();
-        if commanded {
-            of(&a.sent_velocity, &b.sent_velocity)
-        } else {
-            of(&a.pose, &b.pose)
-        }
-    });
-    changes.filter(|c| c.is_finite()).sum()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use softdock_app::record::CycleRecord;
 
     /// Three quarters at rest, then a motion.
     fn log(rows: usize) -> Recording {
@@ -176,5 +152,43 @@ mod tests {
         assert_eq!(counts.collect::<Vec<_>>(), [MOST_ROWS - 3_000, 3_000]);
         let short = Logs::new(vec![&train], Vec::new());
         assert!(of_long(&short).is_none());
+    }
+
+    /// A log whose rows have these numbers.
+    fn numbered(numbers: impl Iterator<Item = u64>, sent: impl Fn(u64) -> f64) -> Recording {
+        let cycle = |n: u64| {
+            let mut cycle = CycleRecord::default();
+            (cycle.trace.cycle, cycle.trace.time_s) = (n, 0.01 * n as f64);
+            (cycle.trace.pose[0], cycle.trace.pose[3]) = (n as f64, 1.0);
+            cycle.trace.sent_velocity[0] = sent(n);
+            cycle
+        };
+        Recording {
+            cycles: numbers.map(cycle).collect(),
+            ..Recording::default()
+        }
+    }
+
+    /// Two long stretches of three, in their order, and of a drive only that in which anything is sent; a log without gaps stays whole.
+    #[test]
+    fn stretches_between_gaps_are_logs_of_their_own() {
+        let model = Model::from_toml("", "model.toml").expect("all has defaults");
+        let rows = || (0..100).chain(150..300).chain(310..320);
+        let (train, test) = (numbered(rows(), |_| 0.0), numbered(0..80, |_| 0.0));
+        let found = between_gaps(&model, &Logs::new(vec![&train], vec![&test]));
+        let found = found.expect("gaps");
+        let first = |part: &Recording| part.cycles[0].trace.cycle;
+        let lengths: Vec<(u64, usize)> = found
+            .all
+            .iter()
+            .map(|part| (first(part), part.cycles.len()))
+            .collect();
+        assert_eq!(lengths, [(0, 100), (150, 150), (0, 80)]);
+        assert_eq!(found.fitted, 2);
+        let driven = numbered(rows(), |n| if n < 100 { 1.0 } else { 0.0 });
+        let found = between_gaps(&model, &Logs::new(vec![&driven], Vec::new()));
+        let found = found.expect("gaps");
+        assert_eq!(found.all.iter().map(first).collect::<Vec<_>>(), [0]);
+        assert!(between_gaps(&model, &Logs::new(vec![&test], Vec::new())).is_none());
     }
 }

@@ -55,7 +55,7 @@ pub struct Document<'a> {
 }
 
 impl Judged {
-    /// Fits all parameters; without an unseen recording the end of the others is held back.
+    /// Fits all parameters; without an unseen recording the end of the others is held back, if it moves enough.
     ///
     /// # Errors
     ///
@@ -76,7 +76,10 @@ impl Judged {
             step(HistoryStep::REFIT, &found.after)?,
         ];
         let mut after = found.after;
-        let needless = needless(&after, steps[1].judged(), &|model| error(model, &test))?;
+        let needless = match steps[1].test_error {
+            Some(with_all) => needless(&after, with_all, &|model| error(model, &test))?,
+            None => Vec::new(),
+        };
         for effect in &mut after.effects {
             let name = format!("{}.", effect.id);
             if found.parameters.iter().any(|p| p.name.starts_with(&name)) {

@@ -101,7 +101,8 @@ impl Logs {
 
     /// An error on what [`Self::parted`] judges, if it is one on unseen data.
     pub(crate) fn on_unseen(&self, error: f64) -> Option<f64> {
-        self.names.test.is_some().then_some(error)
+        let is_unseen = !self.test.is_empty() || self.names.test.is_some();
+        is_unseen.then_some(error)
     }
 
     /// The recording whose settings a report shows.

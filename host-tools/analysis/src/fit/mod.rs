@@ -47,7 +47,7 @@ const NO_NEWS: &str = "kept: no significant change";
 const EXACT: &str = "kept: as in the model";
 /// Relative fall of χ² at which each round ends. A round gives the channels the weights that the last one found, and finding weights
 /// takes no exact values.
-const ROUNDS: [f64; 2] = [1e-4, 1e-9];
+const ROUNDS: [f64; 2] = [1e-6, 1e-9];
 
 /// A parameter that the recording determines.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -33,7 +33,7 @@ pub(super) struct Add {
     /// Recordings to fit on (MCAP), one or several
     #[arg(long, value_name = "RECORDING", num_args = 1.., required = true)]
     fit: Vec<PathBuf>,
-    /// Recordings to judge on (MCAP); without them the end of the others is held back
+    /// Recordings to judge on (MCAP); without them the end of the others is held back, if it moves enough
     #[arg(long, value_name = "RECORDING", num_args = 1..)]
     test: Vec<PathBuf>,
     /// Print the difference to the model file and write nothing

@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 ///
 /// Every effect of the catalogue is tried as a hypothesis about all logs together. Its parameters are
 /// those of TRAIN, and the errors are those on TEST, which the parameters have not seen. Without TEST
-/// the end of TRAIN is held back for that.
+/// the end of TRAIN is held back for that, if it moves enough.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example: softdock diagnose model.toml train.mcap --test test.mcap --report diagnosis.html

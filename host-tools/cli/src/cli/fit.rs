@@ -29,7 +29,7 @@ pub(super) struct Fit {
     /// Recordings to fit on (MCAP), one or several
     #[arg(required = true)]
     train: Vec<PathBuf>,
-    /// Recordings to judge on (MCAP); without them the end of TRAIN is held back
+    /// Recordings to judge on (MCAP); without them the end of TRAIN is held back, if it moves enough
     #[arg(long, value_name = "RECORDING", num_args = 1..)]
     test: Vec<PathBuf>,
     /// Write the values into the model file
@@ -98,8 +98,12 @@ impl Fit {
             _ if self.write => format!("\nWritten to {path}.\n"),
             None => format!("\n{path} is unchanged; --write writes the values into it.\n"),
             Some(_) => format!(
-                "\n{path} is unchanged. The fit does not help: unseen data is foretold worse. What the model lacks may have moved \
-                 the values; `softdock diagnose` says what that may be, and --write --force writes them anyway.\n"
+                "\n{path} is unchanged. The fit does not help: {} is foretold worse. What the model lacks may have moved \
+                 the values; `softdock diagnose` says what that may be, and --write --force writes them anyway.\n",
+                match fit.steps[1].test_error {
+                    Some(_) => "unseen data",
+                    None => "the data of the fit",
+                }
             ),
         });
         text

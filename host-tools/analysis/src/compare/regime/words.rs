@@ -273,7 +273,7 @@ fn letter(axis: Axis) -> &'static str {
     ["x", "y", "z"][axis.index() % 3]
 }
 
-/// A value with its unit, lengths and angles in thousandths.
+/// A value with its unit, lengths and angles below 1 in thousandths.
 pub(in crate::compare) fn quantity(value: f64, unit: &'static str) -> String {
     let (factor, unit) = readable(value.abs(), unit);
     format!("{} {unit}", number::significant(value * factor, 3))

@@ -532,11 +532,10 @@ impl<'a> Cost<'a> {
         Scale::of(series, self.cycle_s(), rotates)
     }
 
-    /// Number of values that were sent on some axes.
-    pub(super) fn commands(&self, axes: &[usize]) -> usize {
-        let each = self.logs.iter().map(|log| &log.log.sent);
-        let series = each.flat_map(|sent| axes.iter().map(move |axis| &sent[*axis]));
-        let values: BTreeSet<u64> = series.flatten().map(|value| value.to_bits()).collect();
+    /// Number of values that were sent on an axis.
+    pub(super) fn commands(&self, axis: usize) -> usize {
+        let each = self.logs.iter().flat_map(|log| &log.log.sent[axis]);
+        let values: BTreeSet<u64> = each.map(|value| value.to_bits()).collect();
         values.len()
     }
 }

@@ -23,7 +23,7 @@ const APART: f64 = 0.1;
 const APART_BY_RATIO: f64 = 0.008;
 /// Valleys that are looked into.
 const VALLEYS: usize = 4;
-/// Values of the command that a step has to round, at least: of a few a gain or an offset does the same.
+/// Values of an axis' command that a step has to round, at least: of a few a gain or an offset does the same.
 const COMMANDS: usize = 10;
 /// Error over the data sheet's noise above which there is something to explain.
 const VISIBLE: f64 = 1.03;
@@ -34,7 +34,10 @@ pub(super) fn best_step(axes: &[bool; 6], cost: &Cost<'_>) -> Option<f64> {
         .filter(|axis| axes[*axis] && level(cost, *axis) > VISIBLE)
         .collect();
     let fastest = cost.scale(axes).sent_velocity;
-    if fastest <= 0.0 || wrong.is_empty() || cost.commands(&wrong) < COMMANDS {
+    if fastest <= 0.0
+        || wrong.is_empty()
+        || !wrong.iter().any(|axis| cost.commands(*axis) >= COMMANDS)
+    {
         return None;
     }
     let mut unrounded = [AxisCost::default(); 6];

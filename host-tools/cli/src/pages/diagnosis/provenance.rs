@@ -43,7 +43,10 @@ impl Source<'_> {
 
     fn sources(&self) -> Table {
         let (diagnosis, identity) = (self.diagnosis, self.identity);
-        let held_back = "none: the end of the log of the fit was held back";
+        let held_back = match diagnosis.in_sample {
+            true => "none: the end of the log of the fit moves too little to be held back",
+            false => "none: the end of the log of the fit was held back",
+        };
         let test = identity.test.as_deref().unwrap_or(held_back);
         let cycles = self.before.time_s.len();
         let cycle_ms = number::significant(self.before.cycle_s * 1e3, 3);

@@ -16,6 +16,7 @@ pub(super) fn signal(channel: Channel, axis: Axis) -> String {
 /// What the effects were judged on besides the data of the fit.
 pub(super) fn unseen(diagnosis: &Diagnosis) -> &'static str {
     match (diagnosis.unseen, diagnosis.of_all_logs.is_some()) {
+        _ if diagnosis.in_sample => "the data of the fit",
         (true, true) => "the data of the test",
         (true, false) => "unseen data",
         (false, true) => "the end of the log",

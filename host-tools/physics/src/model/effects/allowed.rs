@@ -37,7 +37,7 @@ pub fn known(model: &Model, effect: &Effect) -> Vec<Allowed> {
             high: p.high,
             default: p.default(),
             choice: p.is_form(),
-            linear: on_the_reading.is_some() && p.role == Role::Linear,
+            linear: p.role == Role::Linear && on_the_reading.is_some_and(LoadEffect::is_linear),
         })
         .collect();
     let forms = Stage::ALL.into_iter().filter(|s| s.id() == effect.id);

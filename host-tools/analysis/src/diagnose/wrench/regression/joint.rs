@@ -487,6 +487,8 @@ impl Joint {
         constants: &[&Column],
     ) -> Option<OwnConstants> {
         let effects = tested.effects.iter();
+        // Of a constant that is there the columns are the same.
+        let effects = effects.filter(|one| !self.is_a_constant(one.id));
         let parts: Vec<Column> = effects.map(|one| self.white_part_of(tested, one)).collect();
         let own = |columns: &[&Column]| -> Vec<Column> {
             let logs = 0..self.logs.len();
@@ -512,6 +514,12 @@ impl Joint {
             left: self.problem.chi2 - common,
             slopes: with_slopes - with_levels,
         })
+    }
+
+    fn is_a_constant(&self, id: &str) -> bool {
+        let model = self.logs.first().map(|log| &log.scene.model);
+        let load = model.and_then(|model| LoadEffect::find(model, id));
+        load.is_some_and(LoadEffect::is_a_constant)
     }
 
     /// What grows evenly over each log, on an axis that was measured; in units of the noise.

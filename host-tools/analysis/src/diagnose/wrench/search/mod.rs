@@ -88,7 +88,7 @@ pub(crate) struct Ask<'a> {
 impl Found {
     /// The same after a search in which logs disagreed: what is refused accounts for no difference of theirs.
     fn after(self, disagreeing: Vec<Disagreement>) -> Self {
-        match self.accepted.is_none() {
+        match self.accepted.is_none() && self.disagreeing.is_empty() {
             true => Self {
                 disagreeing,
                 ..self
@@ -272,10 +272,12 @@ impl Work<'_> {
         let rivals = accepted.as_ref().map_or_else(Vec::new, |t| self.rivals(t));
         ranked.extend(accepted.iter().flat_map(|t| self.in_twos(t)));
         let best = accepted.as_ref().or(best.as_ref());
-        let disagreeing = match best.and_then(|best| self.own_constant(best)) {
-            _ if !ask.each_log => Vec::new(),
+        let constant = best.filter(|_| ask.each_log);
+        let constant = constant.and_then(|best| self.own_constant(best));
+        let disagreeing = match constant {
             Some(constant) => vec![constant],
-            None => self.disagreeing(accepted.as_ref()),
+            None if ask.each_log => self.disagreeing(accepted.as_ref()),
+            None => Vec::new(),
         };
         Found {
             accepted: accepted.map(|all| self.of_fit(all)),
