@@ -1,6 +1,7 @@
 //! What a diagnosis says beside its answer: what the logs lack, what was refused and why, what should be known of the numbers.
 
 use super::ranking;
+use super::sentence::small_share;
 use super::unaccounted::Unaccounted;
 use super::verdict::{of_a_rig, untested};
 use crate::compare::TOLERATED_NOISE;
@@ -56,8 +57,8 @@ impl Answer<'_> {
         );
         if self.rest.remainder.share > 0.0 && !unexplained {
             notes.push(format!(
-                "{:.2} % of the error is left with structure: {}.",
-                100.0 * self.rest.remainder.share,
+                "Of the error {} is left with structure: {}.",
+                small_share(self.rest.remainder.share),
                 self.rest.remainder.follows
             ));
         }

@@ -47,9 +47,9 @@ fn nothing_missing(diagnosis: &Diagnosis) -> String {
     let remainder = &diagnosis.remainder;
     if remainder.share > 0.0 {
         return format!(
-            "The catalogue knows nothing more that is missing: of what the model explains {} % is left with structure ({}), \
+            "The catalogue knows nothing more that is missing: of what the model explains {} is left with structure ({}), \
              {level:.2} in units of the model file's noise.",
-            number::significant(100.0 * remainder.share, 2),
+            small_share(remainder.share),
             remainder.follows
         );
     }
@@ -77,11 +77,15 @@ fn named(diagnosis: &Diagnosis) -> String {
         (false, true) => "the end of the log, which took part in the fit,",
         (false, false) => "the end of the log, which the fit has not seen,",
     };
-    let goes = if after < before { "falls" } else { "goes" };
     let with = if names.len() > 1 { "them" } else { "it" };
+    let [from, to] = [before, after].map(|level| format!("{level:.2}"));
+    let goes = match from == to {
+        true => format!("stays at {to}"),
+        false if after < before => format!("falls from {from} to {to}"),
+        false => format!("goes from {from} to {to}"),
+    };
     let mut text = format!(
-        "Missing: {}. With {with} the error on {data} {goes} from {before:.2} to {after:.2} in units of \
-         the model file's noise.",
+        "Missing: {}. With {with} the error on {data} {goes} in units of the model file's noise.",
         listed(&names)
     );
     text.push_str(&left_over(diagnosis));
@@ -132,6 +136,16 @@ fn unexplained(diagnosis: &Diagnosis, left: &[Left]) -> String {
     }
     text.push_str(&left_over(diagnosis));
     text
+}
+
+/// A share that may be of no size that anybody reads.
+pub(crate) fn small_share(share: f64) -> String {
+    /// Least share that is told in digits.
+    const LEAST: f64 = 1e-4;
+    match share < LEAST {
+        true => format!("less than {} %", 100.0 * LEAST),
+        false => format!("{} %", number::significant(100.0 * share, 2)),
+    }
 }
 
 /// How much is left, and what it follows; nothing where it is little. Where nothing explains more than an offset does, all of it
