@@ -6,6 +6,7 @@ use crate::diagnose::wrench::left;
 use crate::diagnose::wrench::regression::fit::fitted_to;
 use crate::diagnose::wrench::regression::hypothesis::{Hypothesis, Part, evaluate};
 use crate::diagnose::wrench::regression::joint::OwnConstants;
+use crate::diagnose::wrench::regression::prepared_log::PreparedLog;
 use crate::diagnose::wrench::regression::shaped::Care;
 use crate::diagnose::wrench::regression::tested::Tested;
 use rayon::prelude::*;
@@ -93,12 +94,15 @@ impl Work<'_> {
 
     /// A constant that each log has of its own, if that is most of what effects leave: a zero that was set anew, a weight in another
     /// pose. What all logs have in common of it may be nothing, and other effects are found in its place, or refused, as they
-    /// foretell no other log.
+    /// foretell no other log. In a log that moves one way alone a friction is a constant, too.
     pub(crate) fn own_constant(&self, accepted: &Tested) -> Option<Disagreement> {
         /// Share of what is left beside them from which slopes say that it is no constant: of a random walk a slope explains three
         /// fifths of what its mean leaves.
         const SLOPE: f64 = 0.25;
         let library = self.library;
+        if !self.joint.logs.iter().all(moves_both_ways) {
+            return None;
+        }
         let of = |place: usize| {
             let variant = &library.variants[place];
             let columns = variant.columns.iter().map(|k| &library.columns[*k]);
@@ -243,6 +247,20 @@ impl Work<'_> {
         let explained = accepted.map_or(0.0, |t| t.gain);
         (best.evidence > common + self.joint.threshold(explained)).then_some(best)
     }
+}
+
+/// Whether the axes of a log move in both directions, or not at all.
+fn moves_both_ways(log: &PreparedLog) -> bool {
+    /// Least share of the way that goes back.
+    const BACK: f64 = 0.1;
+    let mut ways = [[0.0; 2]; 6];
+    for motion in log.scene.motion.iter() {
+        for (way, velocity) in ways.iter_mut().zip(motion.velocity.get()) {
+            way[usize::from(velocity < 0.0)] += velocity.abs();
+        }
+    }
+    ways.iter()
+        .all(|[there, back]| there.min(*back) >= BACK * (there + back))
 }
 
 #[cfg(test)]
