@@ -57,7 +57,7 @@ pub(super) fn between_gaps(model: &Model, logs: &Logs<&Recording>) -> Option<Log
 
 /// The stretches of a log that are looked at, if one is not nearly all of it.
 fn cut(log: &Recording) -> Option<Vec<Range<usize>>> {
-    /// Share of the rows from which the longest stretch is the log.
+    /// Share of the rows from which the longest stretch is the log. Set by hand, as are the following.
     const WHOLE: f64 = 0.8;
     /// Stretches of a log at most: time grows with them.
     const MOST: usize = 8;

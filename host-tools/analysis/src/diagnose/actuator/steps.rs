@@ -23,7 +23,8 @@ const APART: f64 = 0.1;
 const APART_BY_RATIO: f64 = 0.008;
 /// Valleys that are looked into.
 const VALLEYS: usize = 4;
-/// Values of an axis' command that a step has to round, at least: of a few a gain or an offset does the same.
+/// Values of an axis' command that a step has to round, at least: of a few a gain or an offset does the same. Set by
+/// hand.
 const COMMANDS: usize = 10;
 /// Error over the data sheet's noise above which there is something to explain.
 const VISIBLE: f64 = 1.03;

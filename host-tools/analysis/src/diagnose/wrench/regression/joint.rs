@@ -480,61 +480,6 @@ impl Joint {
         (0..parts.len()).map(of).collect()
     }
 
-    /// What constants of each log's own explain beside a hypothesis, whose common white columns are these.
-    pub(crate) fn own_constants(
-        &self,
-        tested: &Tested,
-        constants: &[&Column],
-    ) -> Option<OwnConstants> {
-        let effects = tested.effects.iter();
-        // Of a constant that is there the columns are the same.
-        let effects = effects.filter(|one| !self.is_a_constant(one.id));
-        let parts: Vec<Column> = effects.map(|one| self.white_part_of(tested, one)).collect();
-        let own = |columns: &[&Column]| -> Vec<Column> {
-            let logs = 0..self.logs.len();
-            let each = logs.flat_map(|log| columns.iter().map(move |c| (*c, log)));
-            each.map(|(c, log)| self.problem.masked(c, log)).collect()
-        };
-        let gain = |with: &[&Column]| {
-            let columns: Vec<&Column> = parts.iter().chain(with.iter().copied()).collect();
-            let free = vec![Sign::Free; columns.len()];
-            Some(self.problem.solve_whitened(&columns, &free)?.gain)
-        };
-        let ramps: Vec<Column> = Axis::ALL.iter().map(|axis| self.ramp(*axis)).collect();
-        let ramps: Vec<&Column> = ramps
-            .iter()
-            .filter(|c| !c.0.iter().all(Vec::is_empty))
-            .collect();
-        let (levels, slopes) = (own(constants), own(&ramps));
-        let (levels, common) = (levels.iter().collect::<Vec<_>>(), gain(constants)?);
-        let with_levels = gain(&levels)?;
-        let with_slopes = gain(&levels.into_iter().chain(&slopes).collect::<Vec<_>>())?;
-        Some(OwnConstants {
-            more: with_levels - common,
-            left: self.problem.chi2 - common,
-            slopes: with_slopes - with_levels,
-        })
-    }
-
-    fn is_a_constant(&self, id: &str) -> bool {
-        let model = self.logs.first().map(|log| &log.scene.model);
-        let load = model.and_then(|model| LoadEffect::find(model, id));
-        load.is_some_and(LoadEffect::is_a_constant)
-    }
-
-    /// What grows evenly over each log, on an axis that was measured; in units of the noise.
-    fn ramp(&self, axis: Axis) -> Column {
-        let of = |log: &PreparedLog| {
-            let mut ramp = Column::default();
-            let rows = log.residual.0[axis.index()].len();
-            let at = |n: usize| n as f64 / rows as f64 - 0.5;
-            ramp.0[axis.index()] = (0..rows).map(at).collect();
-            ramp
-        };
-        let of_logs: Vec<Column> = self.logs.iter().map(of).collect();
-        self.problem.whitened(&of_logs.iter().collect::<Vec<_>>())
-    }
-
     /// χ² that is left beyond the number of values when it has fallen by this gain.
     pub(crate) fn left(&self, gain: f64) -> f64 {
         self.problem.chi2 - gain - self.problem.count as f64
@@ -544,16 +489,6 @@ impl Joint {
     pub(crate) fn has_much_left(&self, gain: f64) -> bool {
         self.has_remainder || self.left(gain) > MUCH * self.problem.count as f64
     }
-}
-
-/// By how much χ² falls with constants of each log's own.
-pub(crate) struct OwnConstants {
-    /// More than with common ones.
-    pub more: f64,
-    /// What is left with common ones.
-    pub left: f64,
-    /// Further with a slope of each log's own.
-    pub slopes: f64,
 }
 
 /// What is left of a log.

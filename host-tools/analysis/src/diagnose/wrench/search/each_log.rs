@@ -5,8 +5,6 @@ use crate::diagnose::evidence::{self, DIFFERS, MOST};
 use crate::diagnose::wrench::left;
 use crate::diagnose::wrench::regression::fit::fitted_to;
 use crate::diagnose::wrench::regression::hypothesis::{Hypothesis, Part, evaluate};
-use crate::diagnose::wrench::regression::joint::OwnConstants;
-use crate::diagnose::wrench::regression::prepared_log::PreparedLog;
 use crate::diagnose::wrench::regression::shaped::Care;
 use crate::diagnose::wrench::regression::tested::Tested;
 use rayon::prelude::*;
@@ -15,7 +13,7 @@ use softdock_physics::model::load::effects::Sign;
 use std::collections::{BTreeMap, BTreeSet};
 
 impl Disagreement {
-    fn new(id: &'static str, each: &[Tested]) -> Self {
+    pub(super) fn new(id: &'static str, each: &[Tested]) -> Self {
         let of_log = |own: &Tested| {
             let effect = own.effects.iter().find(|effect| effect.id == id);
             effect.map_or_else(BTreeMap::new, |effect| effect.parameters.clone())
@@ -42,7 +40,7 @@ impl Disagreement {
     /// Whether one log shows so much more of anything than another, by [`DIFFERS`] for two logs that weigh as much: of all amounts in
     /// the same unit together, as a weight that hangs to one side has a sine or a cosine that is next to nothing, and may be of
     /// either sign.
-    fn differs(&self) -> bool {
+    pub(super) fn differs(&self) -> bool {
         let size = |unit: &str, log: usize| {
             let same = self.amounts.iter().filter(|amount| amount.1 == unit);
             same.map(|(.., values)| values[log].powi(2))
@@ -92,45 +90,6 @@ impl Work<'_> {
         all
     }
 
-    /// A constant that each log has of its own, if that is most of what effects leave: a zero that was set anew, a weight in another
-    /// pose. What all logs have in common of it may be nothing, and other effects are found in its place, or refused, as they
-    /// foretell no other log. In a log that moves one way alone a friction is a constant, too.
-    pub(crate) fn own_constant(&self, accepted: &Tested) -> Option<Disagreement> {
-        /// Share of what is left beside them from which slopes say that it is no constant: of a random walk a slope explains three
-        /// fifths of what its mean leaves.
-        const SLOPE: f64 = 0.25;
-        let library = self.library;
-        if !self.joint.logs.iter().all(moves_both_ways) {
-            return None;
-        }
-        let of = |place: usize| {
-            let variant = &library.variants[place];
-            let columns = variant.columns.iter().map(|k| &library.columns[*k]);
-            let columns: Vec<&Column> = columns.collect();
-            let OwnConstants { more, left, slopes } =
-                self.joint.own_constants(accepted, &columns)?;
-            let amounts = columns.len() * (self.joint.logs.len() - 1);
-            let is_most = more > MOST * left && slopes < SLOPE * (left - more);
-            (is_most && self.says_that_logs_disagree(more, amounts, accepted))
-                .then_some((more, place))
-        };
-        let all = 0..library.variants.len();
-        let constants = all.filter(|k| library.variants[*k].effect.is_a_constant());
-        let most = constants.filter_map(of);
-        let (_, place) = most.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let id = library.variants[place].effect.id;
-        let mut parts = self.parts(accepted);
-        if !accepted.effects.iter().any(|one| one.id == id) {
-            parts.push(Part {
-                variant: place,
-                used: (0..library.variants[place].columns.len()).collect(),
-            });
-        }
-        let with_it = evaluate(library, parts, self.price)?;
-        let found = Disagreement::new(id, &self.of_each_log(&with_it));
-        found.differs().then_some(found)
-    }
-
     /// Effects of which one log shows half as much again as the others.
     fn differing(&self, accepted: &Tested) -> Vec<&'static str> {
         let each = self.joint.contrasts(accepted).into_iter();
@@ -142,7 +101,12 @@ impl Work<'_> {
     }
 
     /// Whether so much that so many amounts of each log's own explain is more than what common ones leave by their form.
-    fn says_that_logs_disagree(&self, own: f64, amounts: usize, accepted: &Tested) -> bool {
+    pub(super) fn says_that_logs_disagree(
+        &self,
+        own: f64,
+        amounts: usize,
+        accepted: &Tested,
+    ) -> bool {
         let explained = self.joint.explained(accepted.gain);
         evidence::disagree(own, explained, amounts, self.joint.problem.count)
     }
@@ -188,7 +152,7 @@ impl Work<'_> {
     }
 
     /// The effects as each log alone has them.
-    fn of_each_log(&self, hypothesis: &Hypothesis) -> Vec<Tested> {
+    pub(super) fn of_each_log(&self, hypothesis: &Hypothesis) -> Vec<Tested> {
         let of = |log: usize| {
             let problem = self.joint.of_rows(|k, _| k == log);
             fitted_to(
@@ -247,20 +211,6 @@ impl Work<'_> {
         let explained = accepted.map_or(0.0, |t| t.gain);
         (best.evidence > common + self.joint.threshold(explained)).then_some(best)
     }
-}
-
-/// Whether the axes of a log move in both directions, or not at all.
-fn moves_both_ways(log: &PreparedLog) -> bool {
-    /// Least share of the way that goes back.
-    const BACK: f64 = 0.1;
-    let mut ways = [[0.0; 2]; 6];
-    for motion in log.scene.motion.iter() {
-        for (way, velocity) in ways.iter_mut().zip(motion.velocity.get()) {
-            way[usize::from(velocity < 0.0)] += velocity.abs();
-        }
-    }
-    ways.iter()
-        .all(|[there, back]| there.min(*back) >= BACK * (there + back))
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ mod in_place;
 mod in_time;
 pub(crate) mod model_selection;
 pub(crate) mod other_sign;
+mod own_constant;
 
 use super::regression::fit::{fitted_to, tested};
 use super::regression::fitted::Fitted;

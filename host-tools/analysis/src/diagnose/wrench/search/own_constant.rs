@@ -1,0 +1,130 @@
+//! A constant that each log has of its own.
+
+use super::{Disagreement, Work};
+use crate::diagnose::evidence::MOST;
+use crate::diagnose::wrench::regression::hypothesis::{Part, evaluate};
+use crate::diagnose::wrench::regression::prepared_log::PreparedLog;
+use crate::diagnose::wrench::regression::tested::Tested;
+use softdock_physics::model::Axis;
+use softdock_physics::model::load::Column;
+use softdock_physics::model::load::effects::{LoadEffect, Sign};
+
+/// By how much χ² falls with constants of each log's own.
+struct OwnConstants {
+    /// More than with common ones.
+    more: f64,
+    /// What is left with common ones.
+    left: f64,
+    /// Further with a slope of each log's own.
+    slopes: f64,
+}
+
+impl Work<'_> {
+    /// A constant that each log has of its own, if that is most of what effects leave: a zero that was set anew, a weight in another
+    /// pose. What all logs have in common of it may be nothing, and other effects are found in its place, or refused, as they
+    /// foretell no other log. In a log that moves one way alone a friction is a constant, too.
+    pub(crate) fn own_constant(&self, accepted: &Tested) -> Option<Disagreement> {
+        /// Share of what is left beside them from which slopes say that it is no constant: of a random walk a slope explains three
+        /// fifths of what its mean leaves. Set by hand.
+        const SLOPE: f64 = 0.25;
+        let library = self.library;
+        if !self.joint.logs.iter().all(moves_both_ways) {
+            return None;
+        }
+        let of = |place: usize| {
+            let variant = &library.variants[place];
+            let columns = variant.columns.iter().map(|k| &library.columns[*k]);
+            let columns: Vec<&Column> = columns.collect();
+            let OwnConstants { more, left, slopes } = self.own_constants(accepted, &columns)?;
+            let amounts = columns.len() * (self.joint.logs.len() - 1);
+            let is_most = more > MOST * left && slopes < SLOPE * (left - more);
+            (is_most && self.says_that_logs_disagree(more, amounts, accepted))
+                .then_some((more, place))
+        };
+        let all = 0..library.variants.len();
+        let constants = all.filter(|k| library.variants[*k].effect.is_a_constant());
+        let most = constants.filter_map(of);
+        let (_, place) = most.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let id = library.variants[place].effect.id;
+        let mut parts = self.parts(accepted);
+        if !accepted.effects.iter().any(|one| one.id == id) {
+            parts.push(Part {
+                variant: place,
+                used: (0..library.variants[place].columns.len()).collect(),
+            });
+        }
+        let with_it = evaluate(library, parts, self.price)?;
+        let found = Disagreement::new(id, &self.of_each_log(&with_it));
+        found.differs().then_some(found)
+    }
+
+    /// What constants of each log's own explain beside a hypothesis, whose common white columns are these.
+    fn own_constants(&self, tested: &Tested, constants: &[&Column]) -> Option<OwnConstants> {
+        let effects = tested.effects.iter();
+        // Of a constant that is there the columns are the same.
+        let effects = effects.filter(|one| !self.is_a_constant(one.id));
+        let parts: Vec<Column> = effects
+            .map(|one| self.joint.white_part_of(tested, one))
+            .collect();
+        let own = |columns: &[&Column]| -> Vec<Column> {
+            let logs = 0..self.joint.logs.len();
+            let each = logs.flat_map(|log| columns.iter().map(move |c| (*c, log)));
+            each.map(|(c, log)| self.joint.problem.masked(c, log))
+                .collect()
+        };
+        let gain = |with: &[&Column]| {
+            let columns: Vec<&Column> = parts.iter().chain(with.iter().copied()).collect();
+            let free = vec![Sign::Free; columns.len()];
+            Some(self.joint.problem.solve_whitened(&columns, &free)?.gain)
+        };
+        let ramps: Vec<Column> = Axis::ALL.iter().map(|axis| self.ramp(*axis)).collect();
+        let ramps: Vec<&Column> = ramps
+            .iter()
+            .filter(|c| !c.0.iter().all(Vec::is_empty))
+            .collect();
+        let (levels, slopes) = (own(constants), own(&ramps));
+        let (levels, common) = (levels.iter().collect::<Vec<_>>(), gain(constants)?);
+        let with_levels = gain(&levels)?;
+        let with_slopes = gain(&levels.into_iter().chain(&slopes).collect::<Vec<_>>())?;
+        Some(OwnConstants {
+            more: with_levels - common,
+            left: self.joint.problem.chi2 - common,
+            slopes: with_slopes - with_levels,
+        })
+    }
+
+    fn is_a_constant(&self, id: &str) -> bool {
+        let model = self.joint.logs.first().map(|log| &log.scene.model);
+        let load = model.and_then(|model| LoadEffect::find(model, id));
+        load.is_some_and(LoadEffect::is_a_constant)
+    }
+
+    /// What grows evenly over each log, on an axis that was measured; in units of the noise.
+    fn ramp(&self, axis: Axis) -> Column {
+        let of = |log: &PreparedLog| {
+            let mut ramp = Column::default();
+            let rows = log.residual.0[axis.index()].len();
+            let at = |n: usize| n as f64 / rows as f64 - 0.5;
+            ramp.0[axis.index()] = (0..rows).map(at).collect();
+            ramp
+        };
+        let of_logs: Vec<Column> = self.joint.logs.iter().map(of).collect();
+        self.joint
+            .problem
+            .whitened(&of_logs.iter().collect::<Vec<_>>())
+    }
+}
+
+/// Whether the axes of a log move in both directions, or not at all.
+fn moves_both_ways(log: &PreparedLog) -> bool {
+    /// Least share of the way that goes back. Set by hand.
+    const BACK: f64 = 0.1;
+    let mut ways = [[0.0; 2]; 6];
+    for motion in log.scene.motion.iter() {
+        for (way, velocity) in ways.iter_mut().zip(motion.velocity.get()) {
+            way[usize::from(velocity < 0.0)] += velocity.abs();
+        }
+    }
+    ways.iter()
+        .all(|[there, back]| there.min(*back) >= BACK * (there + back))
+}
