@@ -54,6 +54,8 @@ pub struct Nominal {
 pub struct Remainder {
     /// Share of the squared error beyond the noise, of the channel that has most of it; 0 to 1.
     pub share: f64,
+    /// Share up to which effects are named beside it.
+    pub allowed: f64,
     /// What it follows, or where and when it shows, in words; empty where it is not told from noise.
     pub follows: String,
 }

@@ -79,15 +79,19 @@ fn named(diagnosis: &Diagnosis) -> String {
     };
     let with = if names.len() > 1 { "them" } else { "it" };
     let [from, to] = [before, after].map(|level| format!("{level:.2}"));
-    let goes = match from == to {
-        true => format!("stays at {to}"),
-        false if after < before => format!("falls from {from} to {to}"),
+    let goes = match after < before {
+        true => format!("falls from {from} to {to}"),
         false => format!("goes from {from} to {to}"),
     };
-    let mut text = format!(
-        "Missing: {}. With {with} the error on {data} {goes} in units of the model file's noise.",
-        listed(&names)
-    );
+    let mut text = format!("Missing: {}. With {with} the error on ", listed(&names));
+    text.push_str(&match (from == to && !diagnosis.in_sample, diagnosis.steps.as_slice()) {
+        (true, [first, .., last]) => format!(
+            "the data of the fit goes from {:.2} to {:.2} in units of the model file's noise; on {data} it stays at {to}, which \
+             does not confirm {with}.",
+            first.train_error, last.train_error
+        ),
+        _ => format!("{data} {goes} in units of the model file's noise."),
+    });
     text.push_str(&left_over(diagnosis));
     for rival in diagnosis.runner_up.iter().chain(&diagnosis.further_ties) {
         let others: Vec<String> = rival.not_told_from().map(title).collect();
@@ -159,8 +163,17 @@ fn left_over(diagnosis: &Diagnosis) -> String {
     if percent >= ALL {
         return format!(" What shows: {}.", remainder.follows);
     }
+    // Effects may be there, and too much beside them for a name.
+    let is_too_much = diagnosis.verdict == Verdict::Unexplained && !diagnosis.looks_like.is_empty();
+    let limit = match is_too_much && remainder.share > remainder.allowed {
+        true => format!(
+            ", where effects are named up to {:.0} %",
+            100.0 * remainder.allowed
+        ),
+        false => String::new(),
+    };
     format!(
-        " {percent:.0} % is left with structure ({}).",
+        " {percent:.0} % is left with structure ({}){limit}.",
         remainder.follows
     )
 }

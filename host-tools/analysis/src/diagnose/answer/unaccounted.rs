@@ -82,6 +82,7 @@ fn remainder(stages: &Stages, left: &[Left]) -> (Remainder, bool) {
     });
     let remainder = Remainder {
         share: most.share,
+        allowed: most.allowed,
         follows: match words.is_empty() {
             true => structure.collect::<Vec<_>>().join("; "),
             false => words.join("; "),

@@ -197,10 +197,7 @@ pub(crate) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) ->
     while let Some((place, one)) = weakest(&mut finding, &foretelling) {
         let gone = finding.ids().swap_remove(place);
         let mut ids = finding.ids_without(std::slice::from_ref(&gone));
-        // Where no detail is told, what it is a detail of may still be.
-        let detail_of = by_id(&gone).map_or(&[][..], |effect| effect.detail_of);
-        let plain = detail_of.iter().map(|(id, _)| (*id).to_owned());
-        ids.extend(plain.filter(|id| !finding.ids().contains(id)));
+        ids.extend(in_place_of_detail(&gone, &ids));
         let is_law = finding.is_a_law(&gone);
         if !is_law {
             ids.extend(simplest(asking.model, &gone).map(str::to_owned));
@@ -230,6 +227,21 @@ pub(crate) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) ->
         finding.beside_remainder.get_or_insert_default().imitated = imitated;
     }
     finding
+}
+
+/// Where no detail is told, what it is a detail of may still be, and what it is taken for: a friction that differs by direction holds
+/// a constant force as well.
+fn in_place_of_detail(id: &str, there: &[String]) -> Vec<String> {
+    let Some(detail) = by_id(id).filter(|effect| effect.is_detail()) else {
+        return Vec::new();
+    };
+    let plain = detail.detail_of.iter().map(|(id, _)| id);
+    let plain = plain.chain(detail.confused_with);
+    let mut ids: Vec<String> = plain.map(|id| (*id).to_owned()).collect();
+    ids.sort();
+    ids.dedup();
+    ids.retain(|id| !there.contains(id));
+    ids
 }
 
 /// Takes back what was left out and stands beside what was left out later. Returns the answers with what has evidence, and does not stand.
@@ -319,4 +331,17 @@ fn weakest(
         finding.stand(&each, remainder, foretelling);
     }
     fails
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_friction_by_direction_holds_an_offset() {
+        let there = ["guide_coulomb", "bearing_inertia"].map(str::to_owned);
+        let others = in_place_of_detail("guide_asymmetry", &there);
+        assert_eq!(others, ["ft_bias", "guide_offset", "guide_viscous"]);
+        assert!(in_place_of_detail("guide_coulomb", &[]).is_empty());
+    }
 }

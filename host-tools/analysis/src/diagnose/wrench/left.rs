@@ -33,7 +33,7 @@ pub(crate) struct Left {
     /// measure of what they explain.
     plain: f64,
     /// Share that may be left without being called structure.
-    allowed: f64,
+    pub allowed: f64,
 }
 
 impl Left {

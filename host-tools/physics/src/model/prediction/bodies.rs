@@ -41,7 +41,7 @@ pub fn predict(model: &Model, signals: &Signals<'_>, notes: &mut Vec<String>) ->
         None => {
             let note = "The model velocity is not predicted: neither the model ([bodies.k] mass_kg and inertia_kg_m2) nor \
                         the recording says how heavy the spacecraft is.";
-            notes.extend(signals.is_of_a_rig().then(|| note.to_owned()));
+            notes.extend(signals.has_spacecraft().then(|| note.to_owned()));
             vec![None; measured.len()]
         }
     };

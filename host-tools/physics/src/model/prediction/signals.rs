@@ -175,13 +175,18 @@ impl<'a> Signals<'a> {
 
     /// Whether a rig's controller was there, which sends velocities and has a model of its own: else it is a log of any machine.
     pub fn is_of_a_rig(&self) -> bool {
+        self.commanded || self.has_spacecraft()
+    }
+
+    /// Whether a model of spacecraft ran, or its settings are known.
+    pub fn has_spacecraft(&self) -> bool {
         let models = |c: &CycleRecord| {
             c.trace
                 .model_velocity
                 .iter()
                 .any(|v| *v != 0.0 && v.is_finite())
         };
-        self.settings.is_some() || self.commanded || self.cycles.iter().any(models)
+        self.settings.is_some() || self.cycles.iter().any(models)
     }
 
     /// Never: a recording without cycles is refused.
