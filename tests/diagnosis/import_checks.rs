@@ -34,6 +34,7 @@ fn context(model: Option<&Model>) -> Context<'_> {
         name: "log",
         sample_time_s: Some(TS),
         fewest_rows: None,
+        imports: true,
         model,
     }
 }
@@ -172,6 +173,31 @@ fn what_looks_wrong_is_told() {
             "expected {expected} in {warnings:?}"
         );
     }
+}
+
+/// Who reads a log back has said what its units are.
+#[test]
+fn units_are_asked_for_once() {
+    let fast = recording(1000, |_, c| c.inputs.sensor.wrench[0] *= 1e4);
+    let read_back = Context {
+        imports: false,
+        ..context(None)
+    };
+    assert_eq!(check(&fast, &context(None)).unwrap().len(), 1);
+    assert!(check(&fast, &read_back).unwrap().is_empty());
+}
+
+/// A test part behind the end of a motion, of which a filter leaves next to nothing.
+#[test]
+fn what_a_filter_leaves_of_a_motion_is_nothing() {
+    let still = recording(1000, |n, c| {
+        c.trace.pose = [0.27, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+        c.trace.executed_velocity = [0.0; 6];
+        c.inputs.sensor.wrench[0] = 4e-69 * n as f64;
+    });
+    let refused = refused(&still);
+    let expected = matches!(refused, CheckError::NothingChanges { .. });
+    assert!(expected, "{refused}");
 }
 
 #[test]

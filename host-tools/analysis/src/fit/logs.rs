@@ -143,6 +143,7 @@ impl Reader<'_> {
             name: &name,
             sample_time_s: None,
             fewest_rows: None,
+            imports: false,
             model: Some(self.model),
         };
         self.notes.extend(check(&recording, &context)?);

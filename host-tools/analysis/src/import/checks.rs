@@ -32,6 +32,8 @@ pub struct Context<'a> {
     pub model: Option<&'a Model>,
     /// Rows that are enough for what is asked; by default those that a diagnosis needs.
     pub fewest_rows: Option<usize>,
+    /// It is being imported: who reads it back has been asked about units before.
+    pub imports: bool,
 }
 
 impl Context<'_> {
@@ -161,8 +163,10 @@ fn ensure_changes(cycles: &[CycleRecord], name: &str) -> Result<(), CheckError> 
     let (Some(first), Some(last)) = (cycles.first(), cycles.last()) else {
         return Ok(());
     };
+    /// What no sensor resolves, in SI units: what a filter leaves of a step long before.
+    const NOTHING: f64 = 1e-12;
     // What is not measured is NaN, which differs from itself.
-    let differ = |a: &[f64], b: &[f64]| a.iter().zip(b).any(|(a, b)| (a - b).abs() > 0.0);
+    let differ = |a: &[f64], b: &[f64]| a.iter().zip(b).any(|(a, b)| (a - b).abs() > NOTHING);
     let measured = |cycle: &CycleRecord| {
         let (a, b) = (&cycle.trace, &first.trace);
         differ(&a.pose, &b.pose)

@@ -50,7 +50,12 @@ pub(crate) fn best_reversal(
     /// sets fewer are tried.
     const HALVINGS: &[i32] = &[5, 4, 3, 2, 1, 0];
     const FEWER: &[i32] = &[4, 2, 0];
+    let slowest = speed / LEVEL;
     let turning = |named: &[Named], k: usize, speed: f64| {
+        // A slower turn would be a viscous friction by another name.
+        if speed > slowest {
+            return Ok(None);
+        }
         let mut others = named.to_vec();
         let Some(turning) = others[k].clone().turning_over(model, speed) else {
             return Ok(None);
@@ -66,7 +71,7 @@ pub(crate) fn best_reversal(
         let (mut tried, mut best_speed) = (Vec::new(), None);
         // From sharp ones, beyond which most leave more and more.
         for halvings in if anew { FEWER } else { HALVINGS } {
-            let speed = speed / LEVEL * 0.5_f64.powi(*halvings);
+            let speed = slowest * 0.5_f64.powi(*halvings);
             let Some((others, errors)) = turning(&before, k, speed)? else {
                 continue;
             };

@@ -68,6 +68,7 @@ fn logs(meta: &Meta, train_csv: &str, test_csv: &str) -> anyhow::Result<Imported
             name: file,
             sample_time_s: Some(meta.sample_time_s),
             fewest_rows: None,
+            imports: true,
             model: Some(&model),
         };
         let told =

@@ -441,6 +441,7 @@ impl Importer<'_> {
             }),
             model: self.model,
             fewest_rows: self.fewest_rows,
+            imports: true,
         };
         self.warnings.extend(checks::check(&recording, &context)?);
         Ok(recording)

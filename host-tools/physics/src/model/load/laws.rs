@@ -34,44 +34,6 @@ pub(super) fn acts(scene: &Scene, effect: &Effect) -> bool {
     }
 }
 
-/// Whether the effect follows the motion in proportion. It is then filtered as the motion is, while the
-/// force of any other law has frequencies of its own.
-pub(super) fn is_proportional(effect: &Effect, p: Values<'_>) -> bool {
-    /// Position, velocity and acceleration of any three instants.
-    const INSTANTS: [[f64; 3]; 3] = [[0.7, 0.4, -3.0], [-0.3, 1.1, 2.0], [1.3, -0.6, 0.5]];
-    /// By what a motion is multiplied: reversed, it tells what has a sign of its own.
-    const FACTOR: f64 = -0.5;
-    let proportional = |force: &dyn Fn(&Slide) -> f64| {
-        INSTANTS.iter().all(|[position, velocity, acceleration]| {
-            let at = |factor: f64| {
-                force(&Slide {
-                    position: factor * position,
-                    acceleration: factor * acceleration,
-                    ..Slide::at_velocity(factor * velocity)
-                })
-            };
-            let (whole, part) = (at(1.0), at(FACTOR));
-            (part - FACTOR * whole).abs() <= 1e-9 * whole.abs()
-        })
-    };
-    match effect.law {
-        Law::Guide(law) | Law::Bearing(law) => proportional(&|slide| (law.force)(p, slide)),
-        Law::Spring(law) => proportional(&|slide| law(p, &Vector3::x().scale(slide.position)).x),
-        Law::Formula(law) if law.acts_on == ActsOn::Guide => proportional(&|slide| {
-            let moving = Signals {
-                position: slide.position,
-                velocity: slide.velocity,
-                acceleration: slide.acceleration,
-                direction: slide.direction,
-                ..Signals::default()
-            };
-            law.value(p, &moving)
-        }),
-        Law::Tool(_) => true,
-        _ => false,
-    }
-}
-
 /// What the effect does to a reading; None for forms that exclude each other.
 pub(super) fn part(
     scene: &Scene,
@@ -172,30 +134,40 @@ fn formula(scene: &Scene, law: &Formula, p: Values<'_>) -> Option<Column> {
     finite.then_some(column)
 }
 
-/// A force in all directions, about the origin of C or about the first position.
-fn spring(
+/// A force in all directions, given the displacement in C from the origin or from the first position.
+pub(super) fn spring(
     scene: &Scene,
     rests_at_start: bool,
     acts_at: f64,
     force: impl Fn(&Vector3<f64>) -> Vector3<f64>,
 ) -> Column {
+    let displacement = displacement(scene, rests_at_start, acts_at);
     if scene.model.bearing().is_some() {
-        let rest = match rests_at_start {
-            true => scene.first_angle(),
-            false => 0.0,
-        };
-        let turned = |n: usize| scene.axis * (scene.position[n] - rest);
-        return scene.guide_force(acts_at, |n| scene.axis.dot(&force(&turned(n))));
+        return scene.guide_force(acts_at, |n| scene.axis.dot(&force(&displacement(n))));
     }
     let at = scene.point_of_action(acts_at);
-    let position = |n: usize| scene.pose[n].translation.vector + scene.pose[n].rotation * at - at;
-    let rest = match rests_at_start {
-        true => scene.first_place_of(&at) - at,
-        false => Vector3::zeros(),
-    };
     Column::of(scene.len(), |n| {
-        scene.reading_of(n, &at, &force(&(position(n) - rest)))
+        scene.reading_of(n, &at, &force(&displacement(n)))
     })
+}
+
+/// How far a spring is stretched in each cycle, in C; of a bearing the angle about its axis.
+pub(super) fn displacement(
+    scene: &Scene,
+    rests_at_start: bool,
+    acts_at: f64,
+) -> impl Fn(usize) -> Vector3<f64> {
+    let turns = scene.model.bearing().is_some();
+    let at = scene.point_of_action(acts_at);
+    let rest = match (rests_at_start, turns) {
+        (false, _) => Vector3::zeros(),
+        (true, true) => scene.axis * scene.first_angle(),
+        (true, false) => scene.first_place_of(&at) - at,
+    };
+    move |n| match turns {
+        true => scene.axis * scene.position[n] - rest,
+        false => scene.pose[n].translation.vector + scene.pose[n].rotation * at - at - rest,
+    }
 }
 
 /// What walls push more than the nominal ones, N, given the tip in one and the cycle.

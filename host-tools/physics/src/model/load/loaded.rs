@@ -1,9 +1,9 @@
 //! What effects of the sensor's load do to its reading over a log, one of them and several together.
 
 use super::effects::{LEVEL, LoadEffect};
-use super::{Column, Scene, laws};
+use super::{Column, Scene, filtered, laws};
 use crate::effects::{Actuator, Law, Role, Values};
-use crate::model::{EffectModel, FilterModel, Model};
+use crate::model::{EffectModel, Model};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -109,9 +109,10 @@ impl LoadEffect {
     /// By how much it changes a reading that has the effects before it.
     fn change(&self, scene: &Scene, reading: &Column, p: Values<'_>) -> Option<Column> {
         let part = laws::part(scene, reading, self.effect, p)?;
-        let filtered_already = self.acts_on_reading() || laws::is_proportional(self.effect, p);
         Some(match scene.model.sensor.filter {
-            Some(filter) if !filtered_already => through(filter, scene.cycle_s, part),
+            Some(filter) if !self.acts_on_reading() => {
+                filtered::load(filter, scene, self.effect, p, part)
+            }
             _ => part,
         })
     }
@@ -197,14 +198,6 @@ fn known(model: &Model, effects: &[EffectModel]) -> Vec<Valued<'static>> {
         Some((law, law.given(&effect.parameters)))
     });
     laws.filter(|(law, _)| law.acts_on_reading()).collect()
-}
-
-/// Through the filter of the import.
-fn through(filter: FilterModel, cycle_s: f64, mut part: Column) -> Column {
-    for series in part.0.iter_mut().filter(|series| !series.is_empty()) {
-        *series = filter.zero_phase(cycle_s, series);
-    }
-    part
 }
 
 /// Samples at the end of a stretch without gaps whose motion lies behind it: a drive is told a delay before it moves, and a clock

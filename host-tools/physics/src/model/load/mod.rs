@@ -3,6 +3,7 @@
 mod column;
 mod docked;
 pub mod effects;
+mod filtered;
 mod guide;
 mod laws;
 pub mod loaded;
