@@ -1,11 +1,11 @@
 //! Does the force belong to the motion? Sign and size of a force column, for logs of a moved axis.
 //!
-//! What a sensor between robot and tool feels resists the motion: `F = −m a − c v − d sign(v) − k x + f₀`
-//! with a mass, a viscous and a dry friction that are not negative. The coefficients are fitted to the
-//! log itself, by least squares, with standard errors that count values that repeat each other once.
+//! What a sensor between robot and tool feels resists the motion: `F = −m a − c v − d sign(v) + f(x)` with a mass, a viscous and
+//! a dry friction that are not negative, and a load that changes with the place, as that of a weight with its angle. The
+//! coefficients are fitted to the log itself, by least squares, with standard errors that count values that repeat each other once.
 
 use super::Context;
-use nalgebra::{DVector, Matrix5, Vector5};
+use nalgebra::{DVector, Matrix2, Matrix6, Vector2, Vector6};
 use softdock_app::record::CycleRecord;
 use softdock_control::modes::Mode;
 use softdock_io::recording::Recording;
@@ -14,6 +14,7 @@ use softdock_physics::model::prediction::signals::Signals;
 use softdock_physics::model::{Axis, Channel, Model};
 use softdock_report::number;
 use softdock_statistics::{DEVIATIONS_95, correlated_cycles, normal_p};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Probability of a term by chance from which on it counts: a hint that is wrong costs more than
 /// one that is missing.
@@ -30,14 +31,20 @@ const FACTOR: f64 = 1.5;
 /// changes with the place.
 const BOTH_WAYS: f64 = 0.05;
 
-/// Coefficients of position, velocity, its sign, acceleration, and their standard errors.
+/// What the log says of the terms that resist a motion.
 struct Fitted {
-    /// Of terms with mean zero and variance one.
-    standard: Vector5<f64>,
-    /// Probabilities by chance.
-    p: Vector5<f64>,
+    friction: Term,
+    mass: Term,
     /// Force per acceleration and its standard error, kg.
-    mass: (f64, f64),
+    per_acceleration: (f64, f64),
+}
+
+/// A part of the force.
+struct Term {
+    /// Its variance, N² or (N·m)²; negative if it resists the motion.
+    drives: f64,
+    /// Probability by chance.
+    p: f64,
 }
 
 /// Appends what looks wrong.
@@ -114,18 +121,25 @@ fn is_parallel(wxyz: &[f64], axis: Axis) -> bool {
     wxyz[0].hypot(about(axis.index())) > NEARLY
 }
 
-/// Where the axis is, for what acts at a place: an angle by its sine, as a weight does.
+/// Where the axis is, m or rad within a turn.
 fn place(signals: &Signals<'_>, n: usize, axis: Axis) -> Option<f64> {
     let pose = signals.pose(n)?;
     let i = axis.index();
     Some(match axis.is_rotation() {
-        true => pose.rotation.scaled_axis()[i - 3].sin(),
+        true => pose.rotation.scaled_axis()[i - 3],
         false => pose.translation.vector[i],
     })
 }
 
-/// Terms of a row, position, velocity, its sign, acceleration and a constant, with the force that they explain.
-type Row = (Vector5<f64>, f64);
+/// Terms of a row with the force that they explain: two of the place, velocity, its sign, acceleration and a constant.
+type Row = (Vector6<f64>, f64);
+
+// Places of terms.
+const AT: usize = 0;
+const VELOCITY: usize = 2;
+const DRY: usize = 3;
+const ACCELERATION: usize = 4;
+const CONSTANT: usize = 5;
 
 /// Rows of a log that tell of its force along an axis; None if they are too few, or all of one way.
 fn rows(signals: &Signals<'_>, axis: Axis) -> Option<Vec<Row>> {
@@ -133,48 +147,56 @@ fn rows(signals: &Signals<'_>, axis: Axis) -> Option<Vec<Row>> {
     let highest = (0..signals.len())
         .filter_map(|n| Some(signals.velocity_at_pose(n)?.get()[i].abs()))
         .fold(0.0, f64::max);
+    let places: Vec<f64> = (0..signals.len())
+        .filter_map(|n| place(signals, n, axis))
+        .collect();
+    let middle = places.iter().sum::<f64>() / places.len().max(1) as f64;
     let row = |n: usize| -> Option<Row> {
-        let x = place(signals, n, axis)?;
+        let from_middle = place(signals, n, axis)? - middle;
+        let [at, bent] = match axis.is_rotation() {
+            true => [from_middle.sin(), from_middle.cos()],
+            false => [from_middle, from_middle * from_middle],
+        };
         let v = signals.velocity_at_pose(n)?.get()[i];
         let dry = (v / (STICKS * highest)).clamp(-1.0, 1.0);
         let a = signals.acceleration_at_pose(n).get()[i];
         let force = signals.cycles[n].inputs.sensor.wrench[i];
-        let terms = Vector5::new(x, v, dry, a, 1.0);
+        let terms = Vector6::new(at, bent, v, dry, a, 1.0);
         force.is_finite().then_some((terms, force))
     };
     // The ends have no neighbours on both sides.
     let rows: Vec<Row> = (1..signals.len() - 1).filter_map(row).collect();
     let [back, forth] = [-1.0, 1.0].map(|sign| {
-        let moves = rows.iter().filter(|(t, _)| sign * t[2] >= 1.0);
+        let moves = rows.iter().filter(|(t, _)| sign * t[DRY] >= 1.0);
         moves.count() as f64
     });
     let one_way = back.min(forth) < BOTH_WAYS * (back + forth);
-    let too_few = rows.len() < 10 * Vector5::<f64>::zeros().len();
+    let too_few = rows.len() < 10 * Vector6::<f64>::zeros().len();
     (highest != 0.0 && !one_way && !too_few).then_some(rows)
 }
 
 /// What takes terms to mean zero and variance one; the constant stays as it is.
 struct Standard {
-    mean: Vector5<f64>,
-    scale: Vector5<f64>,
+    mean: Vector6<f64>,
+    scale: Vector6<f64>,
 }
 
 impl Standard {
     /// None if a term is the same in all rows.
     fn new(rows: &[Row]) -> Option<Self> {
         let count = rows.len() as f64;
-        let sum_of = |of: &dyn Fn(&Vector5<f64>) -> Vector5<f64>| {
+        let sum_of = |of: &dyn Fn(&Vector6<f64>) -> Vector6<f64>| {
             rows.iter()
-                .fold(Vector5::zeros(), |sum, (t, _)| sum + of(t))
+                .fold(Vector6::zeros(), |sum, (t, _)| sum + of(t))
         };
         let mut mean = sum_of(&|t| *t) / count;
         let squares = sum_of(&|t| (t - mean).component_mul(&(t - mean)));
         let mut scale = (squares / count).map(f64::sqrt);
-        (mean[4], scale[4]) = (0.0, 1.0);
+        (mean[CONSTANT], scale[CONSTANT]) = (0.0, 1.0);
         (!scale.iter().any(|s| *s <= 0.0)).then_some(Self { mean, scale })
     }
 
-    fn of(&self, terms: &Vector5<f64>) -> Vector5<f64> {
+    fn of(&self, terms: &Vector6<f64>) -> Vector6<f64> {
         (terms - self.mean).component_div(&self.scale)
     }
 }
@@ -183,10 +205,10 @@ impl Standard {
 fn inner(rows: &[Row]) -> Vec<Row> {
     /// Share of the travel at either end.
     const END: f64 = 0.1;
-    let range = |(low, high): (f64, f64), (t, _): &Row| (low.min(t[0]), high.max(t[0]));
+    let range = |(low, high): (f64, f64), (t, _): &Row| (low.min(t[AT]), high.max(t[AT]));
     let (low, high) = rows.iter().fold((f64::INFINITY, f64::NEG_INFINITY), range);
     let away = END * (high - low);
-    let is_inner = |(t, _): &&Row| t[0] > low + away && t[0] < high - away;
+    let is_inner = |(t, _): &&Row| t[AT] > low + away && t[AT] < high - away;
     rows.iter().filter(is_inner).copied().collect()
 }
 
@@ -194,7 +216,7 @@ fn inner(rows: &[Row]) -> Vec<Row> {
 fn fit(rows: &[Row]) -> Option<Fitted> {
     let standard = Standard::new(rows)?;
     let count = rows.len() as f64;
-    let (mut matrix, mut right) = (Matrix5::zeros(), Vector5::zeros());
+    let (mut matrix, mut right) = (Matrix6::zeros(), Vector6::zeros());
     for (t, force) in rows {
         let t = standard.of(t);
         matrix += t * t.transpose();
@@ -209,26 +231,50 @@ fn fit(rows: &[Row]) -> Option<Fitted> {
         .iter()
         .map(|(t, force)| force - standard.of(t).dot(&coefficients));
     let left = DVector::from_iterator(rows.len(), left);
-    let variance = left.norm_squared() / (count - 5.0) * correlated_cycles(left.as_slice());
-    let errors = inverse.diagonal().map(|v| (variance * v).sqrt());
-    let scale = standard.scale[3];
+    let parameters = coefficients.len() as f64;
+    let variance = left.norm_squared() / (count - parameters) * correlated_cycles(left.as_slice());
+    let covariance = inverse * variance;
+    let error = covariance[(ACCELERATION, ACCELERATION)].sqrt();
+    let mass = coefficients[ACCELERATION];
+    let scale = standard.scale[ACCELERATION];
     Some(Fitted {
-        standard: coefficients,
-        p: coefficients.zip_map(&errors, |c, e| normal_p(c / e.max(f64::MIN_POSITIVE))),
-        mass: (coefficients[3] / scale, errors[3] / scale),
+        friction: friction(&coefficients, &covariance, &(matrix / count))?,
+        mass: Term {
+            drives: mass.signum() * mass * mass,
+            p: normal_p(mass / error.max(f64::MIN_POSITIVE)),
+        },
+        per_acceleration: (mass / scale, error / scale),
+    })
+}
+
+/// Both frictions together: where the speed changes little from stroke to stroke neither is told from the other, and both are
+/// from nothing. They drive if they have the sign of the velocity on average.
+fn friction(
+    coefficients: &Vector6<f64>,
+    covariance: &Matrix6<f64>,
+    correlations: &Matrix6<f64>,
+) -> Option<Term> {
+    let both = |of: &Matrix6<f64>| -> Matrix2<f64> {
+        of.fixed_view::<2, 2>(VELOCITY, VELOCITY).into_owned()
+    };
+    let amounts = Vector2::new(coefficients[VELOCITY], coefficients[DRY]);
+    let correlated = both(correlations) * amounts;
+    let squares = amounts.dot(&(both(covariance).try_inverse()? * amounts));
+    Some(Term {
+        drives: correlated[0].signum() * amounts.dot(&correlated),
+        p: ChiSquared::new(2.0).ok()?.sf(squares),
     })
 }
 
 /// Friction or mass would be negative.
 fn wrong_sign(fitted: &Fitted, axis: Axis) -> Option<String> {
-    let explained = |sign: f64| -> f64 {
-        let terms = fitted.standard.iter().zip(&fitted.p).take(4).skip(1);
-        terms
-            .filter(|(c, p)| **p < LEVEL && c.signum() == sign)
-            .map(|(c, _)| c * c)
-            .sum()
-    };
-    let (wrong, right) = (explained(1.0), explained(-1.0));
+    let told = [&fitted.friction, &fitted.mass]
+        .into_iter()
+        .filter(|term| term.p < LEVEL);
+    let (drive, resist): (Vec<f64>, Vec<f64>) = told
+        .map(|term| term.drives)
+        .partition(|drives| *drives > 0.0);
+    let (wrong, right) = (drive.iter().sum::<f64>(), -resist.iter().sum::<f64>());
     let (what, key) = named(axis);
     (wrong > OUTWEIGHS * right).then(|| {
         format!(
@@ -246,13 +292,13 @@ fn wrong_size(fitted: &Fitted, axis: Axis, model: Option<&Model>) -> Option<Stri
     if axis.is_rotation()
         || !tool.dynamic_compensation
         || tool.mass_kg <= 0.0
-        || fitted.p[3] > LEVEL
+        || fitted.mass.p > LEVEL
     {
         return None;
     }
     let (factor, half) = (
-        -fitted.mass.0 / tool.mass_kg,
-        DEVIATIONS_95 * fitted.mass.1 / tool.mass_kg,
+        -fitted.per_acceleration.0 / tool.mass_kg,
+        DEVIATIONS_95 * fitted.per_acceleration.1 / tool.mass_kg,
     );
     let far = factor - half > FACTOR || factor + half < 1.0 / FACTOR;
     // A slow slide shows the corners of its friction as a mass of any sign; of units only a positive one speaks.
@@ -269,4 +315,28 @@ fn wrong_size(fitted: &Fitted, axis: Axis, model: Option<&Model>) -> Option<Stri
             word(1.0 / factor)
         )
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Strokes of nearly one speed: each friction may be the other, by 2.5 deviations, and nothing may be both.
+    #[test]
+    fn frictions_that_are_not_told_apart_are_told_from_nothing() {
+        const SPREAD: f64 = 0.1;
+        let coefficients = Vector6::new(0.0, 0.0, 0.25, 0.25, 0.0, 0.0);
+        let (mut covariance, mut correlations) = (Matrix6::identity(), Matrix6::identity());
+        let both = Matrix2::new(1.0, -0.95, -0.95, 1.0) * (SPREAD * SPREAD);
+        covariance
+            .fixed_view_mut::<2, 2>(VELOCITY, VELOCITY)
+            .copy_from(&both);
+        correlations[(VELOCITY, DRY)] = 0.95;
+        correlations[(DRY, VELOCITY)] = 0.95;
+        let alone = normal_p(coefficients[DRY] / SPREAD);
+        let driving = friction(&coefficients, &covariance, &correlations).unwrap();
+        assert!(alone > 0.01 && driving.p < LEVEL && driving.drives > 0.2);
+        let resisting = friction(&-coefficients, &covariance, &correlations).unwrap();
+        assert!(resisting.p < LEVEL && resisting.drives < -0.2);
+    }
 }
