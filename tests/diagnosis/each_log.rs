@@ -1,6 +1,6 @@
 //! What differs from log to log, and what only all of them together show.
 
-use super::joint::{FRICTION, MODEL, diagnosed, log};
+use super::joint::{FRICTION, MODEL, diagnosed, gear, log};
 use softdock_analysis::diagnose::{Verdict, diagnose};
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
@@ -49,6 +49,21 @@ fn logs_at_constant_speeds_are_explained_together() {
         "{}",
         found.sentence
     );
+}
+
+/// A brake that was on in one log, beside a gear that no law describes and that each log alone leaves, too.
+#[test]
+fn a_brake_in_one_log_is_a_disagreement_beside_what_no_law_describes() {
+    let model = Model::from_toml(MODEL, "model.toml").unwrap();
+    let ripple = |q: f64, v: f64| 0.4 * gear(q, v);
+    let braked = |q: f64, v: f64| ripple(q, v) + FRICTION.1 * v;
+    let (free, braked) = (log(8.0, 0.0, 3, ripple), log(6.0, 1.0, 5, braked));
+    let test = log(8.0, 2.0, 4, ripple);
+    let found = diagnose(&model, &[&free, &braked], &[&test], &|_, _| {});
+    let found = found.unwrap().diagnosis;
+    assert_eq!(found.verdict, Verdict::LogsDisagree, "{}", found.sentence);
+    let viscous = found.disagreeing.iter().any(|id| id == "guide_viscous");
+    assert!(viscous, "{}", found.sentence);
 }
 
 /// A constant of 20 N·m, of 21 in the unseen log: too little for logs that disagree, and nearly all of what is left.

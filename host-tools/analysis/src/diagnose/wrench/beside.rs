@@ -274,22 +274,28 @@ fn second_chance(
 }
 
 /// With an effect of one amount in the place of one of the same kind that has several (a dry friction for a Stribeck curve), where
-/// that foretells unseen data as well: beside structure those forms win whose further amounts happen to fit.
+/// that foretells unseen data as well: beside structure those forms win whose further amounts happen to fit. And with what a detail
+/// is taken for in its place, where that foretells about as well: a motor's sensor has a zero more often than a joint brakes more in
+/// one direction.
 pub(crate) fn simpler(first: WrenchFinding, asking: &mut Asking<'_>) -> WrenchFinding {
     let mut finding = first;
     for id in finding.ids() {
-        let Some(simple) = simplest(asking.model, &id) else {
-            continue;
+        let others = finding.ids_without(std::slice::from_ref(&id));
+        let (in_place, alike) = match simplest(asking.model, &id) {
+            Some(simple) => (vec![simple.to_owned()], 1.0),
+            None => (in_place_of_detail(&id, &others), RISES),
         };
-        let mut ids = finding.ids_without(&[id]);
-        ids.push(simple.to_owned());
+        if in_place.is_empty() {
+            continue;
+        }
+        let ids = [others.clone(), in_place].concat();
         let beside = finding.beside.clone();
         let Some(other) = asking.among_beside(&ids, beside.as_ref()) else {
             continue;
         };
         let other = beside_remainder(other, asking);
-        let has_it = other.ids().iter().any(|id| id == simple);
-        if has_it && other.error_on_unseen() <= finding.error_on_unseen() {
+        let stands = other.ids().iter().any(|id| !others.contains(id));
+        if stands && other.error_on_unseen() <= alike * finding.error_on_unseen() {
             finding = other;
         }
     }

@@ -1,6 +1,7 @@
 //! The logs together, with one regression.
 
 use super::fitted::Fitted;
+use super::gram;
 use super::memo::Memo;
 use super::nuisance;
 use super::prepared_log::PreparedLog;
@@ -453,7 +454,7 @@ impl Joint {
     }
 
     /// For each effect the largest gain in χ² of an amount of its own for one of the logs, and the gain of its common amount beside
-    /// the others.
+    /// the others in logs that weigh as much as that one: of a log that weighs little, an own amount gains little.
     pub(crate) fn contrasts(&self, tested: &Tested) -> Vec<[f64; 2]> {
         let effects = tested.effects.iter();
         let parts: Vec<Column> = effects.map(|one| self.white_part_of(tested, one)).collect();
@@ -465,17 +466,21 @@ impl Joint {
         let all: Vec<&Column> = parts.iter().collect();
         let common = gain(&all);
         let of = |place: usize| {
+            let whole = gram::dot(&parts[place], &parts[place]).max(f64::MIN_POSITIVE);
             let own = |log: usize| {
                 let own = self.problem.masked(&parts[place], log);
-                gain(&[&all[..], &[&own]].concat()) - common
+                let share = gram::dot(&own, &own) / whole;
+                let more = gain(&[&all[..], &[&own]].concat()) - common;
+                (more, 4.0 * share * (1.0 - share))
             };
-            let own = (0..self.logs.len()).map(own).fold(0.0, f64::max);
+            let each = (0..self.logs.len()).map(own);
+            let (own, weight) = each.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
             let others = [&all[..place], &all[place + 1..]].concat();
             let without = match others.is_empty() {
                 true => 0.0,
                 false => gain(&others),
             };
-            [own, common - without]
+            [own, weight * (common - without)]
         };
         (0..parts.len()).map(of).collect()
     }

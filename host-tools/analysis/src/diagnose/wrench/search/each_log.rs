@@ -55,6 +55,17 @@ impl Disagreement {
             (0..values.len()).any(|one| (0..one).any(|other| differ(one, other)))
         })
     }
+
+    /// Whether all logs show something of it in the same sense: a weight that hangs up in one log and down in another is a form of
+    /// something else that is left.
+    fn is_of_all(&self) -> bool {
+        let logs = self.amounts.first().map_or(0, |amount| amount.2.len());
+        let same = |one: usize, other: usize| {
+            let products = self.amounts.iter().map(|a| a.2[one] * a.2[other]);
+            products.sum::<f64>() > 0.0
+        };
+        (0..logs).all(|one| (0..one).all(|other| same(one, other)))
+    }
 }
 
 impl Work<'_> {
@@ -86,6 +97,9 @@ impl Work<'_> {
             all.extend(ids.iter().map(of).filter(Disagreement::differs));
         } else if self.leave_nothing(&each) {
             all.extend(differing.iter().map(of).filter(Disagreement::differs));
+        } else if self.explain_most(accepted, &each) {
+            let differing = differing.iter().map(of);
+            all.extend(differing.filter(|one| one.differs() && one.is_of_all()));
         }
         all
     }
@@ -122,8 +136,7 @@ impl Work<'_> {
     /// the same in all logs.
     fn is_of_other_logs(&self, accepted: &Tested, each: &[Tested]) -> bool {
         let problem = &self.joint.problem;
-        let parts = self.contributions(each);
-        let own = problem.gains(&problem.whitened(&parts.iter().collect::<Vec<_>>()));
+        let own = self.gains(each);
         let amounts = accepted.parameters;
         let logs = problem.chi2_of_logs.iter().zip(&accepted.gains);
         let mut logs = logs.zip(own).zip(each);
@@ -134,6 +147,22 @@ impl Work<'_> {
                 && more > MOST * left
                 && self.says_that_logs_disagree(more, amounts, accepted)
         })
+    }
+
+    /// Whether the effects of a hypothesis as each log alone has them explain most of what their common amounts leave: a machine leaves
+    /// something in any case, of which no amounts are the cause.
+    fn explain_most(&self, accepted: &Tested, each: &[Tested]) -> bool {
+        let chi2: f64 = self.joint.problem.chi2_of_logs.iter().sum();
+        let common: f64 = accepted.gains.iter().sum();
+        let more = self.gains(each).iter().sum::<f64>() - common;
+        each.iter().all(|own| own.wrong.is_empty()) && more > MOST * (chi2 - common)
+    }
+
+    /// By how much χ² of each log falls with amounts of its own.
+    fn gains(&self, each: &[Tested]) -> Vec<f64> {
+        let problem = &self.joint.problem;
+        let parts = self.contributions(each);
+        problem.gains(&problem.whitened(&parts.iter().collect::<Vec<_>>()))
     }
 
     /// What each log's own amounts contribute to it.
@@ -225,6 +254,20 @@ mod tests {
             amounts: amounts.collect(),
         };
         of_logs.differs()
+    }
+
+    #[test]
+    fn what_all_logs_show_has_one_sense() {
+        let weight = |sine: [f64; 2], cosine: [f64; 2]| Disagreement {
+            id: "bearing_gravity",
+            amounts: vec![
+                ("sine", "N·m", sine.to_vec()),
+                ("cosine", "N·m", cosine.to_vec()),
+            ],
+        };
+        assert!(weight([2.0, 1.0], [-0.1, 0.2]).is_of_all());
+        assert!(!weight([-0.02, -0.4], [0.32, -1.04]).is_of_all());
+        assert!(!weight([2.0, 0.0], [0.1, 0.0]).is_of_all());
     }
 
     /// Half as much again differs, a third does not; a small cosine beside a sine of 2 N·m does not.
