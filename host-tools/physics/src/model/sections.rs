@@ -148,8 +148,9 @@ pub struct SensorModel {
 
 /// A zero-phase Butterworth low-pass (forward and backward).
 ///
-/// A linear load passes it as its motion does. A friction does not: its sign is taken from the
-/// filtered motion, so its force has to be filtered as the recorded one was. So has the motion that follows from what was sent.
+/// A linear load passes it as its motion does. A friction does not: its sign is taken from the filtered motion, so its force has to
+/// be filtered as the recorded one was (`load::filtered` has what is between the two). So has the motion that follows from what was
+/// sent.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FilterModel {
