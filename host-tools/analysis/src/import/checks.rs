@@ -32,7 +32,7 @@ pub struct Context<'a> {
     pub model: Option<&'a Model>,
     /// Rows that are enough for what is asked; by default those that a diagnosis needs.
     pub fewest_rows: Option<usize>,
-    /// It is being imported: who reads it back has been asked about units before.
+    /// It is being imported: who reads it back has been asked before whether units and columns are right.
     pub imports: bool,
 }
 

@@ -73,9 +73,10 @@ pub(crate) fn conclude(
     };
     let notes = notes.all(judged.unexplained, in_sample);
     let of_all_logs = of_all_logs(stages, &reduction);
+    let is_named = |id: &&String| named.iter().any(|one| one.effect.id == **id);
     let said = Said {
         stages,
-        late: reduction.late.as_ref().map(|_| model),
+        late: reduction.late.as_ref().filter(is_named).map(|_| model),
         named,
         left: &left,
         judged: &judged,
@@ -102,7 +103,7 @@ pub(crate) fn conclude(
 /// What is said of what was found.
 struct Said<'a> {
     stages: &'a Stages,
-    /// The model, if what moves the reading in time was found by what it foretells.
+    /// The model, if what moves the reading in time was found by what it foretells, and is named.
     late: Option<&'a Model>,
     named: Vec<&'a Named>,
     left: &'a [Left],

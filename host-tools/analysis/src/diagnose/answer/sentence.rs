@@ -79,18 +79,18 @@ fn named(diagnosis: &Diagnosis) -> String {
     };
     let with = if names.len() > 1 { "them" } else { "it" };
     let [from, to] = [before, after].map(|level| format!("{level:.2}"));
-    let goes = match after < before {
-        true => format!("falls from {from} to {to}"),
+    let goes = match from == to {
+        true => format!("stays at {to}"),
+        false if after < before => format!("falls from {from} to {to}"),
         false => format!("goes from {from} to {to}"),
     };
     let mut text = format!("Missing: {}. With {with} the error on ", listed(&names));
-    text.push_str(&match (from == to && !diagnosis.in_sample, diagnosis.steps.as_slice()) {
-        (true, [first, .., last]) => format!(
-            "the data of the fit goes from {:.2} to {:.2} in units of the model file's noise; on {data} it stays at {to}, which \
-             does not confirm {with}.",
-            first.train_error, last.train_error
+    text.push_str(&match unconfirmed(diagnosis).filter(|_| from == to) {
+        Some([first, last]) => format!(
+            "the data of the fit falls from {first} to {last} in units of the model file's noise; on {data} it stays at {to}, which \
+             does not confirm {with}."
         ),
-        _ => format!("{data} {goes} in units of the model file's noise."),
+        None => format!("{data} {goes} in units of the model file's noise."),
     });
     text.push_str(&left_over(diagnosis));
     for rival in diagnosis.runner_up.iter().chain(&diagnosis.further_ties) {
@@ -104,6 +104,16 @@ fn named(diagnosis: &Diagnosis) -> String {
         }
     }
     text
+}
+
+/// The error on the data of the fit alone before and after, if it falls.
+fn unconfirmed(diagnosis: &Diagnosis) -> Option<[String; 2]> {
+    let [first, .., last] = diagnosis.steps.as_slice() else {
+        return None;
+    };
+    let is_of_fit = !diagnosis.in_sample && diagnosis.of_all_logs.is_none();
+    let both = [first, last].map(|step| format!("{:.2}", step.train_error));
+    (is_of_fit && last.train_error < first.train_error && both[0] != both[1]).then_some(both)
 }
 
 fn logs_disagree(diagnosis: &Diagnosis) -> String {

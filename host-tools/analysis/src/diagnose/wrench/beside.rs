@@ -216,6 +216,8 @@ pub(crate) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) ->
         finding = fewer;
         least = least.min(finding.error_on_unseen());
     }
+    // What was taken for a detail that went is back.
+    imitated.retain(|one| !finding.ids().contains(&one.id));
     let unrefuted = second_chance(&mut finding, &mut foretelling, &mut imitated, asking);
     // What is there may be less or more beside what lacks the evidence to be named.
     unrefuted.iter().for_each(|other| finding.hold(other));
@@ -280,6 +282,10 @@ fn second_chance(
 pub(crate) fn simpler(first: WrenchFinding, asking: &mut Asking<'_>) -> WrenchFinding {
     let mut finding = first;
     for id in finding.ids() {
+        // An answer that was taken may be without it.
+        if !finding.ids().contains(&id) {
+            continue;
+        }
         let others = finding.ids_without(std::slice::from_ref(&id));
         let (in_place, alike) = match simplest(asking.model, &id) {
             Some(simple) => (vec![simple.to_owned()], 1.0),
@@ -288,13 +294,13 @@ pub(crate) fn simpler(first: WrenchFinding, asking: &mut Asking<'_>) -> WrenchFi
         if in_place.is_empty() {
             continue;
         }
-        let ids = [others.clone(), in_place].concat();
+        let ids = [&others[..], &in_place].concat();
         let beside = finding.beside.clone();
         let Some(other) = asking.among_beside(&ids, beside.as_ref()) else {
             continue;
         };
         let other = beside_remainder(other, asking);
-        let stands = other.ids().iter().any(|id| !others.contains(id));
+        let stands = other.ids().iter().any(|id| in_place.contains(id));
         if stands && other.error_on_unseen() <= alike * finding.error_on_unseen() {
             finding = other;
         }

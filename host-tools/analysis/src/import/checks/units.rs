@@ -60,6 +60,9 @@ pub(super) fn check(
                 hint,
             });
         }
+        if !context.imports {
+            continue;
+        }
         warn(format!(
             "position {axis} changes {ratio:.4} times as fast as its velocity says: {hint}"
         ));

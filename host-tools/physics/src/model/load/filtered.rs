@@ -6,7 +6,7 @@
 
 use super::{Column, Scene, laws};
 use crate::effects::formula::{ActsOn, Signals};
-use crate::effects::{Effect, Law, Slide, Values};
+use crate::effects::{Effect, Law, Role, Slide, Values};
 use crate::model::FilterModel;
 use nalgebra::Vector3;
 
@@ -18,18 +18,16 @@ pub(super) fn load(
     p: Values<'_>,
     part: Column,
 ) -> Column {
-    if is_proportional(effect, p) {
+    if matches!(effect.law, Law::Tool(_)) || is_proportional(effect, p) {
         return part;
     }
-    let proportional = proportional_part(scene, effect, p);
-    let beyond = match &proportional {
-        Some(proportional) => part.less(proportional),
-        None => part,
-    };
-    let mut load = through(filter, scene.cycle_s, beyond);
-    if let Some(proportional) = proportional {
-        load.add(&proportional.0);
+    let terms = terms(effect, p).into_iter();
+    let mut filtered = Column::default();
+    for term in terms.filter_map(|p| proportional_part(scene, effect, &p)) {
+        filtered.add(&term.0);
     }
+    let mut load = through(filter, scene.cycle_s, part.less(&filtered));
+    load.add(&filtered.0);
     load
 }
 
@@ -40,29 +38,65 @@ fn through(filter: FilterModel, cycle_s: f64, mut part: Column) -> Column {
     part
 }
 
-/// Position, velocity and acceleration of any three instants.
-const INSTANTS: [[f64; 3]; 3] = [[0.7, 0.4, -3.0], [-0.3, 1.1, 2.0], [1.3, -0.6, 0.5]];
+/// Parameters of the parts of which each is filtered in its own way: of an own hypothesis one for each of its amounts, as a search
+/// has a column for each. The parts of a law of the catalogue are alike.
+fn terms(effect: &Effect, p: Values<'_>) -> Vec<Vec<f64>> {
+    if !matches!(effect.law, Law::Formula(_)) {
+        return vec![p.to_vec()];
+    }
+    let is_amount = |k: &usize| matches!(effect.parameters[*k].role, Role::Linear);
+    let amounts: Vec<usize> = (0..p.len()).filter(is_amount).collect();
+    let alone = |own: &usize| {
+        let others = amounts.iter().filter(|k| *k != own);
+        let mut term = p.to_vec();
+        others.for_each(|k| term[*k] = 0.0);
+        term
+    };
+    amounts.iter().map(alone).collect()
+}
+
+/// Three instants of any motion, with the time and a push of the walls.
+const INSTANTS: [[f64; 5]; 3] = [
+    [0.7, 0.4, -3.0, 1.7, 5.0],
+    [-0.3, 1.1, 2.0, 0.3, -2.0],
+    [1.3, -0.6, 0.5, 2.9, 0.6],
+];
+
+/// One of them, with so many times its motion.
+fn instant([position, velocity, acceleration, time, force]: [f64; 5], factor: f64) -> Signals {
+    let slide = Slide::at_velocity(factor * velocity);
+    Signals {
+        position: factor * position,
+        velocity: slide.velocity,
+        acceleration: factor * acceleration,
+        direction: slide.direction,
+        time,
+        force,
+        ..Signals::default()
+    }
+}
 
 /// Force along a guide or about a bearing, given how that moves.
-type Along<'a> = Box<dyn Fn(&Slide) -> f64 + 'a>;
+type Along<'a> = Box<dyn Fn(&Signals) -> f64 + 'a>;
 
 /// Force of an effect that acts along its guide or about its bearing.
 fn along<'a>(effect: &Effect, p: Values<'a>) -> Option<Along<'a>> {
+    let slide = |moving: &Signals| Slide {
+        position: moving.position,
+        velocity: moving.velocity,
+        acceleration: moving.acceleration,
+        direction: moving.direction,
+    };
     match effect.law {
-        Law::Guide(law) | Law::Bearing(law) => Some(Box::new(move |slide| (law.force)(p, slide))),
-        Law::Spring(law) => Some(Box::new(move |slide| {
-            law(p, &Vector3::x().scale(slide.position)).x
+        Law::Guide(law) | Law::Bearing(law) => {
+            Some(Box::new(move |moving| (law.force)(p, &slide(moving))))
+        }
+        Law::Spring(law) => Some(Box::new(move |moving| {
+            law(p, &Vector3::x().scale(moving.position)).x
         })),
-        Law::Formula(law) if law.acts_on == ActsOn::Guide => Some(Box::new(move |slide| {
-            let moving = Signals {
-                position: slide.position,
-                velocity: slide.velocity,
-                acceleration: slide.acceleration,
-                direction: slide.direction,
-                ..Signals::default()
-            };
-            law.value(p, &moving)
-        })),
+        Law::Formula(law) if law.acts_on == ActsOn::Guide => {
+            Some(Box::new(move |moving| law.value(p, moving)))
+        }
         _ => None,
     }
 }
@@ -72,37 +106,27 @@ fn is_proportional(effect: &Effect, p: Values<'_>) -> bool {
     /// By what a motion is multiplied: reversed, it tells what has a sign of its own.
     const FACTOR: f64 = -0.5;
     let is = |force: Along<'_>| {
-        INSTANTS.iter().all(|[position, velocity, acceleration]| {
-            let at = |factor: f64| {
-                force(&Slide {
-                    position: factor * position,
-                    acceleration: factor * acceleration,
-                    ..Slide::at_velocity(factor * velocity)
-                })
-            };
-            let (whole, part) = (at(1.0), at(FACTOR));
+        INSTANTS.iter().all(|of| {
+            let (whole, part) = (force(&instant(*of, 1.0)), force(&instant(*of, FACTOR)));
             (part - FACTOR * whole).abs() <= 1e-9 * whole.abs()
         })
     };
-    matches!(effect.law, Law::Tool(_)) || along(effect, p).is_some_and(is)
+    along(effect, p).is_some_and(is)
 }
 
-/// Of an effect that depends on the position alone the part that is proportional to it, by least squares beside a constant force.
+/// The part of an effect that is proportional to the motion: all of it, or of what depends on the position alone what is proportional
+/// to that, by least squares beside a constant force.
 fn proportional_part(scene: &Scene, effect: &Effect, p: Values<'_>) -> Option<Column> {
     let force = along(effect, p)?;
-    let moves = |[position, velocity, acceleration]: &[f64; 3]| {
-        let at_rest = Slide {
-            position: *position,
-            ..Slide::default()
-        };
-        let moving = Slide {
-            position: *position,
-            acceleration: *acceleration,
-            ..Slide::at_velocity(*velocity)
-        };
-        force(&at_rest) != force(&moving)
+    if is_proportional(effect, p) {
+        return laws::part(scene, &Column::default(), effect, p);
+    }
+    let at_rest = |position: f64| Signals {
+        position,
+        ..Signals::default()
     };
-    if INSTANTS.iter().any(moves) {
+    let depends_on_more = |of: &[f64; 5]| force(&at_rest(of[0])) != force(&instant(*of, 1.0));
+    if INSTANTS.iter().any(depends_on_more) {
         return None;
     }
     let form = |name| effect.place(name).map_or(0.0, |k| p[k]);
@@ -111,26 +135,18 @@ fn proportional_part(scene: &Scene, effect: &Effect, p: Values<'_>) -> Option<Co
         let rests_at_start = form("about_start") > 0.5;
         let displacement = laws::displacement(scene, rests_at_start, acts_at);
         let stretched: Vec<Vector3<f64>> = (0..scene.len()).map(displacement).collect();
-        let slope = slope(&stretched, |d| law(p, d));
+        let slope = slope(&stretched, |d| law(p, d))?;
         return Some(laws::spring(scene, rests_at_start, acts_at, |d| slope * d));
     }
-    let positions: Vec<Vector3<f64>> = scene
-        .position
-        .iter()
-        .map(|position| Vector3::x() * *position)
-        .collect();
-    let slope = slope(&positions, |at| {
-        let slide = Slide {
-            position: at.x,
-            ..Slide::default()
-        };
-        Vector3::x() * force(&slide)
-    });
+    let positions = scene.position.iter().map(|at| Vector3::x() * *at);
+    let slope = slope(&positions.collect::<Vec<_>>(), |at| {
+        Vector3::x() * force(&at_rest(at.x))
+    })?;
     Some(scene.guide_force(acts_at, |n| slope * scene.position[n]))
 }
 
-/// Slope of a force over positions; none where nothing moves.
-fn slope(positions: &[Vector3<f64>], force: impl Fn(&Vector3<f64>) -> Vector3<f64>) -> f64 {
+/// Slope of a force over positions; none where nothing moves, or the force has no value.
+fn slope(positions: &[Vector3<f64>], force: impl Fn(&Vector3<f64>) -> Vector3<f64>) -> Option<f64> {
     let count = positions.len().max(1) as f64;
     let forces: Vec<Vector3<f64>> = positions.iter().map(force).collect();
     let mean = |all: &[Vector3<f64>]| all.iter().sum::<Vector3<f64>>() / count;
@@ -138,11 +154,7 @@ fn slope(positions: &[Vector3<f64>], force: impl Fn(&Vector3<f64>) -> Vector3<f6
     let squares: f64 = positions.iter().map(|p| (p - at).norm_squared()).sum();
     let both = positions.iter().zip(&forces);
     let products: f64 = both.map(|(p, f)| (p - at).dot(&(f - mean_force))).sum();
-    if squares > 0.0 {
-        products / squares
-    } else {
-        0.0
-    }
+    Some(products / squares).filter(|slope| slope.is_finite())
 }
 
 #[cfg(test)]
@@ -158,9 +170,14 @@ mod tests {
 
     /// A pendulum about x that swings by a hundredth of a radian at as many hertz.
     fn swinging(hz: f64) -> Scene {
-        let model =
-            "[rig]\nactive_axes = [\"rx\"]\n[sensor]\nfilter = { order = 4, cutoff_hz = 10.0 }\n";
-        let model = Model::from_toml(model, "model.toml").unwrap();
+        swinging_with("", hz)
+    }
+
+    fn swinging_with(hypothesis: &str, hz: f64) -> Scene {
+        let text = format!(
+            "[rig]\nactive_axes = [\"rx\"]\n[sensor]\nfilter = {{ order = 4, cutoff_hz = 10.0 }}\n{hypothesis}"
+        );
+        let model = Model::from_toml(&text, "model.toml").unwrap();
         let omega = std::f64::consts::TAU * hz;
         let time_s: Vec<f64> = (0..2000).map(|n| CYCLE_S * f64::from(n)).collect();
         let pose = |t: &f64| {
@@ -200,6 +217,44 @@ mod tests {
             let left = rms(&spring.clone().less(&weight)) / rms(&spring);
             assert!(left < 1e-4, "{left} at {hz} Hz");
         }
+    }
+
+    /// What an own hypothesis about the bearing loads with.
+    fn own(formula: &str, parameters: [(&str, &str, f64); 3]) -> Column {
+        let declared = parameters.map(|(name, unit, _)| {
+            format!("{name} = {{ unit = \"{unit}\", low = 0, high = 99 }}\n")
+        });
+        let text = format!(
+            "[[hypothesis]]\nid = \"mine\"\nacts_on = \"guide\"\nformula = \"{formula}\"\n[hypothesis.parameters]\n{}",
+            declared.concat()
+        );
+        let scene = swinging_with(&text, 9.0);
+        let effect = LoadEffect::find(&scene.model, "mine").unwrap();
+        let values = parameters.map(|(name, _, value)| (name.to_owned(), value));
+        effect.contribution(&scene, &values.into())
+    }
+
+    /// A sine and a cosine of the time, which the motion does not know, are both filtered: by half at the cutoff.
+    #[test]
+    fn what_follows_the_time_is_filtered() {
+        let formula = "a * sin(2 * PI * f * time) + b * cos(2 * PI * f * time)";
+        let parameters = [("a", "N·m", 2.0), ("b", "N·m", 2.0), ("f", "Hz", 10.0)];
+        let left = rms(&own(formula, parameters));
+        assert!((left - 1.0).abs() < 0.01, "{left}");
+    }
+
+    /// A search has a column for each amount, and a prediction the sum of both.
+    #[test]
+    fn amounts_of_a_hypothesis_are_filtered_each_by_itself() {
+        let of = |a, b| {
+            let parameters = [("a", "N·m", a), ("b", "N·m·s/rad", b), ("p", "rad", 0.02)];
+            own("a * sin(position / p) + b * velocity", parameters)
+        };
+        let mut apart = of(2.0, 0.0);
+        apart.add(&of(0.0, 3.0).0);
+        let both = of(2.0, 3.0);
+        let left = rms(&both.clone().less(&apart)) / rms(&both);
+        assert!(left < 1e-9, "{left}");
     }
 
     /// A sharp friction has harmonics, which the filter takes.

@@ -454,7 +454,7 @@ impl Joint {
     }
 
     /// For each effect the largest gain in χ² of an amount of its own for one of the logs, and the gain of its common amount beside
-    /// the others in logs that weigh as much as that one: of a log that weighs little, an own amount gains little.
+    /// the other effects, as if that log and all others weighed the same: of a log that weighs little, an own amount gains little.
     pub(crate) fn contrasts(&self, tested: &Tested) -> Vec<[f64; 2]> {
         let effects = tested.effects.iter();
         let parts: Vec<Column> = effects.map(|one| self.white_part_of(tested, one)).collect();
@@ -474,6 +474,7 @@ impl Joint {
                 (more, 4.0 * share * (1.0 - share))
             };
             let each = (0..self.logs.len()).map(own);
+            let each = each.filter(|(more, _)| more.is_finite());
             let (own, weight) = each.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
             let others = [&all[..place], &all[place + 1..]].concat();
             let without = match others.is_empty() {

@@ -28,7 +28,7 @@ use std::ops::Range;
 
 /// Most rounds in which the variances are found.
 const ROUNDS: usize = 40;
-/// Change of 2 ln of the evidence from which they stand: what is asked of it are differences from 6 on.
+/// Change of 2 ln of the evidence from round to round from which they stand: what is asked of it are differences from 6 on.
 const SETTLED: f64 = 1e-3;
 /// Precisions, over what the logs say of a function, from which the variances are looked for: of a
 /// remainder that explains all it can, and of one that explains little.
@@ -179,7 +179,7 @@ pub(crate) fn remainder(
     Remainder { of_logs, follows }
 }
 
-/// Diagonal of the inverse of a matrix of which the factor is given: of each column of the factor's inverse the square. The whole
+/// Diagonal of the inverse of a matrix of which the factor is given: of each column of the factor's inverse the squared norm. The whole
 /// inverse would take six times as long.
 fn variances(factor: &Cholesky<f64, Dyn>) -> Vec<f64> {
     let lower = factor.l_dirty();
@@ -320,6 +320,7 @@ impl Regression {
             evidence: f64::NEG_INFINITY,
             precisions: precisions.clone(),
         };
+        let mut last = f64::NEG_INFINITY;
         for _ in 0..ROUNDS {
             let Some(normal) = self.normal(&gram, 0, &precisions) else {
                 break;
@@ -329,16 +330,16 @@ impl Regression {
             let prior: f64 = both.map(|(group, p)| group.len() as f64 * p.ln()).sum();
             let determinant = 2.0 * normal.l_dirty().diagonal().map(f64::ln).sum();
             let evidence = gain + right.dot(&mean) - determinant + prior;
-            let rises = evidence - best.evidence;
-            if rises > 0.0 {
+            if evidence > best.evidence {
                 best = Fit {
                     evidence,
                     precisions: precisions.clone(),
                 };
             }
-            if rises.abs() < SETTLED {
+            if (evidence - last).abs() < SETTLED {
                 break;
             }
+            last = evidence;
             let variances = variances(&normal);
             for (group, precision) in self.groups.iter().zip(&mut precisions) {
                 let squares: f64 = group.clone().map(|i| mean[i] * mean[i]).sum();

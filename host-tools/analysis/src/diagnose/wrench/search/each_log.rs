@@ -41,30 +41,40 @@ impl Disagreement {
     /// the same unit together, as a weight that hangs to one side has a sine or a cosine that is next to nothing, and may be of
     /// either sign.
     pub(super) fn differs(&self) -> bool {
-        let size = |unit: &str, log: usize| {
-            let same = self.amounts.iter().filter(|amount| amount.1 == unit);
-            same.map(|(.., values)| values[log].powi(2))
-                .sum::<f64>()
-                .sqrt()
-        };
-        self.amounts.iter().any(|(_, unit, values)| {
-            let differ = |one: usize, other: usize| {
-                let sizes = size(unit, one) + size(unit, other);
-                (values[one] - values[other]).powi(2) > DIFFERS * sizes * sizes
-            };
-            (0..values.len()).any(|one| (0..one).any(|other| differ(one, other)))
+        self.units_that_differ().next().is_some()
+    }
+
+    /// Whether all logs show what differs in the same sense: a weight that hangs up in one log and down in another is a form of
+    /// something else that is left.
+    fn is_of_all(&self) -> bool {
+        self.units_that_differ().all(|unit| {
+            let in_one_sense = |[one, other]: [usize; 2]| self.product(unit, one, other) > 0.0;
+            self.pairs().all(in_one_sense)
         })
     }
 
-    /// Whether all logs show something of it in the same sense: a weight that hangs up in one log and down in another is a form of
-    /// something else that is left.
-    fn is_of_all(&self) -> bool {
-        let logs = self.amounts.first().map_or(0, |amount| amount.2.len());
-        let same = |one: usize, other: usize| {
-            let products = self.amounts.iter().map(|a| a.2[one] * a.2[other]);
-            products.sum::<f64>() > 0.0
+    fn units_that_differ(&self) -> impl Iterator<Item = &'static str> + '_ {
+        let size = |unit: &str, log: usize| self.product(unit, log, log).sqrt();
+        let differ = move |values: &[f64], unit: &str, [one, other]: [usize; 2]| {
+            let sizes = size(unit, one) + size(unit, other);
+            (values[one] - values[other]).powi(2) > DIFFERS * sizes * sizes
         };
-        (0..logs).all(|one| (0..one).all(|other| same(one, other)))
+        let of = self
+            .amounts
+            .iter()
+            .filter(move |(_, unit, values)| self.pairs().any(|pair| differ(values, unit, pair)));
+        of.map(|(_, unit, _)| *unit)
+    }
+
+    /// Sum of the products of all amounts in a unit that two logs show.
+    fn product(&self, unit: &str, one: usize, other: usize) -> f64 {
+        let same = self.amounts.iter().filter(|amount| amount.1 == unit);
+        same.map(|(.., values)| values[one] * values[other]).sum()
+    }
+
+    fn pairs(&self) -> impl Iterator<Item = [usize; 2]> + use<> {
+        let logs = self.amounts.first().map_or(0, |amount| amount.2.len());
+        (0..logs).flat_map(|one| (0..one).map(move |other| [one, other]))
     }
 }
 
@@ -149,8 +159,8 @@ impl Work<'_> {
         })
     }
 
-    /// Whether the effects of a hypothesis as each log alone has them explain most of what their common amounts leave: a machine leaves
-    /// something in any case, of which no amounts are the cause.
+    /// Whether the effects of a hypothesis as each log alone has them explain most of what their common amounts leave of χ²: a machine
+    /// leaves something in any case, of which no amounts are the cause.
     fn explain_most(&self, accepted: &Tested, each: &[Tested]) -> bool {
         let chi2: f64 = self.joint.problem.chi2_of_logs.iter().sum();
         let common: f64 = accepted.gains.iter().sum();
@@ -268,6 +278,14 @@ mod tests {
         assert!(weight([2.0, 1.0], [-0.1, 0.2]).is_of_all());
         assert!(!weight([-0.02, -0.4], [0.32, -1.04]).is_of_all());
         assert!(!weight([2.0, 0.0], [0.1, 0.0]).is_of_all());
+        let spring = Disagreement {
+            id: "cable_stiffness",
+            amounts: vec![
+                ("stiffness", "N/m", vec![1e3, 2e3]),
+                ("hardening", "N/m^3", vec![1e6, 1.1e6]),
+            ],
+        };
+        assert!(spring.is_of_all());
     }
 
     /// Half as much again differs, a third does not; a small cosine beside a sine of 2 N·m does not.
