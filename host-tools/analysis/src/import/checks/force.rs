@@ -9,12 +9,14 @@ use nalgebra::{DVector, Matrix2, Matrix6, Vector2, Vector6};
 use softdock_app::record::CycleRecord;
 use softdock_control::modes::Mode;
 use softdock_io::recording::Recording;
+use softdock_physics::model::load::count_turns;
 use softdock_physics::model::log::is_same_force;
 use softdock_physics::model::prediction::signals::Signals;
 use softdock_physics::model::{Axis, Channel, Model};
 use softdock_report::number;
 use softdock_statistics::{DEVIATIONS_95, correlated_cycles, normal_p};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
+use std::f64::consts::TAU;
 
 /// Probability of a term by chance from which on it counts: a hint that is wrong costs more than
 /// one that is missing.
@@ -63,7 +65,7 @@ pub(super) fn check(recording: &Recording, context: &Context<'_>, warnings: &mut
             continue;
         };
         // What runs into a stop is braked by more than was measured: it has to show away from the ends, too.
-        let away_from_ends = || fit(&inner(&rows));
+        let away_from_ends = || fit(&inner(&rows, axis));
         if let Some(fitted) = fit(&rows) {
             let sign = wrong_sign(&fitted, axis)
                 .filter(|_| away_from_ends().is_some_and(|f| wrong_sign(&f, axis).is_some()));
@@ -121,21 +123,37 @@ fn is_parallel(wxyz: &[f64], axis: Axis) -> bool {
     wxyz[0].hypot(about(axis.index())) > NEARLY
 }
 
-/// Where the axis is, m or rad within a turn.
-fn place(signals: &Signals<'_>, n: usize, axis: Axis) -> Option<f64> {
-    let pose = signals.pose(n)?;
+/// Where the axis is in each cycle, m, or rad with whole turns; NaN where nobody knows.
+fn places(signals: &Signals<'_>, axis: Axis) -> Vec<f64> {
     let i = axis.index();
-    Some(match axis.is_rotation() {
-        true => pose.rotation.scaled_axis()[i - 3],
-        false => pose.translation.vector[i],
-    })
+    let place = |n: usize| {
+        let pose = signals.pose(n)?;
+        Some(match axis.is_rotation() {
+            true => pose.rotation.scaled_axis()[i - 3],
+            false => pose.translation.vector[i],
+        })
+    };
+    let mut places: Vec<f64> = (0..signals.len())
+        .map(|n| place(n).unwrap_or(f64::NAN))
+        .collect();
+    if axis.is_rotation() {
+        count_turns(places.iter_mut());
+    }
+    places
 }
 
-/// Terms of a row with the force that they explain: two of the place, velocity, its sign, acceleration and a constant.
-type Row = (Vector6<f64>, f64);
+/// What a row tells.
+#[derive(Clone, Copy)]
+struct Row {
+    /// Two terms of the place, velocity, its sign, acceleration and a constant.
+    terms: Vector6<f64>,
+    /// The force that they explain.
+    force: f64,
+    /// The place, with the whole turns of an angle.
+    at: f64,
+}
 
 // Places of terms.
-const AT: usize = 0;
 const VELOCITY: usize = 2;
 const DRY: usize = 3;
 const ACCELERATION: usize = 4;
@@ -147,13 +165,13 @@ fn rows(signals: &Signals<'_>, axis: Axis) -> Option<Vec<Row>> {
     let highest = (0..signals.len())
         .filter_map(|n| Some(signals.velocity_at_pose(n)?.get()[i].abs()))
         .fold(0.0, f64::max);
-    let places: Vec<f64> = (0..signals.len())
-        .filter_map(|n| place(signals, n, axis))
-        .collect();
-    let middle = places.iter().sum::<f64>() / places.len().max(1) as f64;
+    let places = places(signals, axis);
+    let known = places.iter().filter(|at| at.is_finite());
+    let middle = known.clone().sum::<f64>() / known.count().max(1) as f64;
     let row = |n: usize| -> Option<Row> {
-        let from_middle = place(signals, n, axis)? - middle;
-        let [at, bent] = match axis.is_rotation() {
+        let at = places[n];
+        let from_middle = at - middle;
+        let [sloped, bent] = match axis.is_rotation() {
             true => [from_middle.sin(), from_middle.cos()],
             false => [from_middle, from_middle * from_middle],
         };
@@ -161,13 +179,13 @@ fn rows(signals: &Signals<'_>, axis: Axis) -> Option<Vec<Row>> {
         let dry = (v / (STICKS * highest)).clamp(-1.0, 1.0);
         let a = signals.acceleration_at_pose(n).get()[i];
         let force = signals.cycles[n].inputs.sensor.wrench[i];
-        let terms = Vector6::new(at, bent, v, dry, a, 1.0);
-        force.is_finite().then_some((terms, force))
+        let terms = Vector6::new(sloped, bent, v, dry, a, 1.0);
+        (force.is_finite() && at.is_finite()).then_some(Row { terms, force, at })
     };
     // The ends have no neighbours on both sides.
     let rows: Vec<Row> = (1..signals.len() - 1).filter_map(row).collect();
     let [back, forth] = [-1.0, 1.0].map(|sign| {
-        let moves = rows.iter().filter(|(t, _)| sign * t[DRY] >= 1.0);
+        let moves = rows.iter().filter(|row| sign * row.terms[DRY] >= 1.0);
         moves.count() as f64
     });
     let one_way = back.min(forth) < BOTH_WAYS * (back + forth);
@@ -187,7 +205,7 @@ impl Standard {
         let count = rows.len() as f64;
         let sum_of = |of: &dyn Fn(&Vector6<f64>) -> Vector6<f64>| {
             rows.iter()
-                .fold(Vector6::zeros(), |sum, (t, _)| sum + of(t))
+                .fold(Vector6::zeros(), |sum, row| sum + of(&row.terms))
         };
         let mut mean = sum_of(&|t| *t) / count;
         let squares = sum_of(&|t| (t - mean).component_mul(&(t - mean)));
@@ -201,14 +219,17 @@ impl Standard {
     }
 }
 
-/// Rows that are not at an end of the travel.
-fn inner(rows: &[Row]) -> Vec<Row> {
+/// Rows that are not at an end of the travel; all of what turns by more than a turn, which has no end.
+fn inner(rows: &[Row], axis: Axis) -> Vec<Row> {
     /// Share of the travel at either end.
     const END: f64 = 0.1;
-    let range = |(low, high): (f64, f64), (t, _): &Row| (low.min(t[AT]), high.max(t[AT]));
+    let range = |(low, high): (f64, f64), row: &Row| (low.min(row.at), high.max(row.at));
     let (low, high) = rows.iter().fold((f64::INFINITY, f64::NEG_INFINITY), range);
+    if axis.is_rotation() && high - low > TAU {
+        return rows.to_vec();
+    }
     let away = END * (high - low);
-    let is_inner = |(t, _): &&Row| t[AT] > low + away && t[AT] < high - away;
+    let is_inner = |row: &&Row| row.at > low + away && row.at < high - away;
     rows.iter().filter(is_inner).copied().collect()
 }
 
@@ -217,10 +238,10 @@ fn fit(rows: &[Row]) -> Option<Fitted> {
     let standard = Standard::new(rows)?;
     let count = rows.len() as f64;
     let (mut matrix, mut right) = (Matrix6::zeros(), Vector6::zeros());
-    for (t, force) in rows {
-        let t = standard.of(t);
-        matrix += t * t.transpose();
-        right += t * *force;
+    for row in rows {
+        let terms = standard.of(&row.terms);
+        matrix += terms * terms.transpose();
+        right += terms * row.force;
     }
     if (matrix / count).symmetric_eigenvalues().min() < COLLINEAR {
         return None;
@@ -229,7 +250,7 @@ fn fit(rows: &[Row]) -> Option<Fitted> {
     let coefficients = inverse * right;
     let left = rows
         .iter()
-        .map(|(t, force)| force - standard.of(t).dot(&coefficients));
+        .map(|row| row.force - standard.of(&row.terms).dot(&coefficients));
     let left = DVector::from_iterator(rows.len(), left);
     let parameters = coefficients.len() as f64;
     let variance = left.norm_squared() / (count - parameters) * correlated_cycles(left.as_slice());
