@@ -257,10 +257,17 @@ fn second_chance(
     for Imitated { id, evidence, .. } in imitated.clone() {
         let mut ids = finding.ids();
         ids.push(id.clone());
-        let more = asking.among_beside(&ids, finding.beside.as_ref());
-        let Some(mut more) = more.filter(|more| more.ids().contains(&id)) else {
+        let Some(mut more) = asking.among_beside(&ids, finding.beside.as_ref()) else {
             continue;
         };
+        if !more.ids().contains(&id) {
+            // The same effects, of which another search has found better forms.
+            let same = more.whole().is_same(&finding.whole());
+            if same && more.error_on_unseen() * RISES < finding.error_on_unseen() {
+                *finding = more;
+            }
+            continue;
+        }
         let worse = finding.foretells_worse_by(more.error_on_unseen());
         let worse = worse.filter(|_| more.is_a_law(&id));
         let mut with_it = foretelling.clone();
