@@ -55,9 +55,9 @@ fn logs_at_constant_speeds_are_explained_together() {
 #[test]
 fn a_brake_in_one_log_is_a_disagreement_beside_what_no_law_describes() {
     let model = Model::from_toml(MODEL, "model.toml").unwrap();
-    let ripple = |q: f64, v: f64| 0.4 * gear(q, v);
-    let braked = |q: f64, v: f64| ripple(q, v) + FRICTION.1 * v;
-    let (free, braked) = (log(8.0, 0.0, 3, ripple), log(6.0, 1.0, 5, braked));
+    let ripple = |q: f64, v: f64| 0.8 * gear(q, v);
+    let brake = |q: f64, v: f64| ripple(q, v) + 2.5 * FRICTION.1 * v;
+    let (free, braked) = (log(8.0, 0.0, 3, ripple), log(6.0, 1.0, 5, brake));
     let test = log(8.0, 2.0, 4, ripple);
     let found = diagnose(&model, &[&free, &braked], &[&test], &|_, _| {});
     let found = found.unwrap().diagnosis;
