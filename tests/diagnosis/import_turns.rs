@@ -1,11 +1,13 @@
 //! Whole turns of an axis, which a pose does not hold, come from the column of its angle.
 
 use super::tables::{imported, table};
+use softdock_analysis::compare::compare;
 use softdock_analysis::import::mapping::MappedLogs;
+use softdock_analysis::import::summary::Summary;
 use softdock_analysis::levels::ChannelLevels;
 use softdock_io::recording::Recording;
-use softdock_physics::model::Model;
 use softdock_physics::model::prediction::predict;
+use softdock_physics::model::{Channel, Model};
 use std::f64::consts::{PI, TAU};
 
 /// Of a spring that rests at 0 rad.
@@ -133,4 +135,47 @@ fn parts_and_logs_of_a_flange_that_hangs_down_are_on_the_same_turn() {
     let split = "[files]\ntrain = \"a.csv\"\n[split]\ntrain_share = 0.6\n";
     let both = imported("turns_hanging_split", &(mapping + split), &tables).unwrap();
     assert_eq!(turned(&both), [0, 1]);
+}
+
+/// A motor of 0.002 kg·m² and 0.01 N·m·s/rad, of which a log holds its speed alone: up to 5 rad from row to row, which it counts. Simulated
+/// forward, its speed is compared, as nobody measured an angle.
+#[test]
+fn a_fast_shaft_of_which_the_speed_is_known_is_followed() {
+    let row = |n: f64| {
+        let (sine, cosine) = (0.03 * n).sin_cos();
+        let speed = 300.0 + 200.0 * sine;
+        let torque = 0.002 * 600.0 * cosine + 0.01 * speed;
+        format!("{},{speed},{torque}", 0.01 * n)
+    };
+    let mapping = "files = { train = \"log.csv\" }\ntime = { column = \"t\" }\n\
+                   wrench = { tx = { column = \"u\", unit = \"N·m\", scale = -1.0 } }\n\
+                   executed_velocity = { rx = { column = \"w\", unit = \"rad/s\" } }";
+    let files = [("log.csv", table("t,w,u", 1200, row))];
+    let logs = imported("fast_shaft", mapping, &files).unwrap();
+    let turned = &Summary::of("log", &logs.train[0], &[]).channels[0];
+    let integral = 300.0 * 11.99 + 200.0 / 3.0 * (1.0 - (0.03_f64 * 1199.0).cos());
+    assert!(
+        (turned.high - integral).abs() < 1.0,
+        "{} {integral}",
+        turned.high
+    );
+
+    let model = |damping: f64| {
+        let text = format!(
+            "rig = {{ active_axes = [\"rx\"] }}\nsensor = {{ wrench = \"commanded\", gravity_m_s2 = [0.0, 0.0, 0.0] }}\n\
+             [[effect]]\nid = \"bearing_inertia\"\nparameters = {{ inertia_error_kg_m2 = 0.002 }}\n\
+             [[effect]]\nid = \"guide_viscous\"\nparameters = {{ damping_n_m_s_per_rad = {damping} }}\n"
+        );
+        Model::from_toml(&text, "model.toml").unwrap()
+    };
+    let simulated = |damping: f64| {
+        let comparison = compare(&model(damping), &logs.train[0]).unwrap();
+        let pose = comparison.channels.iter().find(|c| c.name == Channel::Pose);
+        assert!(pose.is_none_or(|pose| pose.rms < 1e-6), "{pose:?}");
+        comparison.free_simulation.unwrap()
+    };
+    let right = simulated(0.01);
+    assert!(right.of_velocity && right.relative < 0.01, "{right:?}");
+    assert!(right.words().contains("the velocity of rx is off by"));
+    assert!(simulated(0.011).relative > 0.1);
 }

@@ -14,12 +14,13 @@ use softdock_physics::effects::sensor::tool::ToolState;
 use softdock_physics::effects::{Actuator, Direction, Guide, Late, Lateness, Law, Slide};
 use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::load::{
-    LoadModel, angles, in_motion, nominal_tool, pose_of, positions,
+    LoadModel, angle_about, angles, in_motion, nominal_tool, pose_of, positions,
 };
 use softdock_physics::model::log::Log;
 use softdock_physics::model::prediction::signals::Signals;
 use softdock_physics::model::{Axis, EffectModel, Model};
 use softdock_report::number;
+use std::f64::consts::TAU;
 
 /// Steps of the simulation in a cycle of the log.
 const STEPS: usize = 8;
@@ -33,10 +34,12 @@ const RUN_OFF: f64 = 1e3;
 pub struct FreeSimulation {
     /// The axis.
     pub axis: Axis,
-    /// Root mean square of measured minus simulated position, m or rad.
+    /// Root mean square of measured minus simulated position, m or rad; of velocities, m/s or rad/s.
     pub rms: f64,
-    /// That over the root mean square of the motion about its mean.
+    /// That over the root mean square of what was measured about its mean.
     pub relative: f64,
+    /// The velocity is compared: of a log without positions, which are then its integral.
+    pub of_velocity: bool,
     /// How long it was simulated, s.
     pub seconds: f64,
 }
@@ -45,10 +48,15 @@ impl FreeSimulation {
     /// As a sentence.
     pub fn words(&self) -> String {
         use super::regime::quantity;
-        let unit = if self.axis.is_rotation() { "rad" } else { "m" };
+        let (what, unit, whole) = match (self.of_velocity, self.axis.is_rotation()) {
+            (false, false) => ("", "m", "motion"),
+            (false, true) => ("", "rad", "motion"),
+            (true, false) => ("the velocity of ", "m/s", "change"),
+            (true, true) => ("the velocity of ", "rad/s", "change"),
+        };
         format!(
-            "Simulated forward from the recorded force alone over {:.1} s, {} is off by {} rms, \
-             {} % of its motion.",
+            "Simulated forward from the recorded force alone over {:.1} s, {what}{} is off by {} rms, \
+             {} % of its {whole}.",
             self.seconds,
             self.axis,
             quantity(self.rms, unit),
@@ -103,16 +111,25 @@ fn run(
 ) -> Result<FreeSimulation, String> {
     let step_s = log.cycle_s / STEPS as f64;
     let input = acting.input(body, log);
-    let measured = body.along_axis(&log.pose, log.whole_turns);
+    let positions = body.along_axis(log);
     let mut slide = Slide {
-        position: measured[FIRST],
+        position: positions[FIRST],
         velocity,
         ..Slide::default()
+    };
+    let of_velocity = log.is_integrated();
+    let measured = match of_velocity {
+        true => &log.executed[body.axis.index()],
+        false => &positions,
     };
     let mean = measured[FIRST..].iter().sum::<f64>() / (log.cycle_count() - FIRST) as f64;
     let [mut error, mut motion] = [0.0; 2];
     for n in FIRST..log.cycle_count() {
-        error += (measured[n] - slide.position).powi(2);
+        let simulated = match of_velocity {
+            true => slide.velocity,
+            false => slide.position,
+        };
+        error += (measured[n] - simulated).powi(2);
         motion += (measured[n] - mean).powi(2);
         if n + 1 < log.cycle_count() {
             for k in 0..STEPS {
@@ -133,6 +150,7 @@ fn run(
         axis: body.axis,
         rms: (error / count).sqrt(),
         relative: (error / motion).sqrt(),
+        of_velocity,
         seconds: (count - 1.0) * log.cycle_s,
     })
 }
@@ -173,16 +191,24 @@ impl Body {
             start: 0.0,
             rest: 0.0,
         };
-        body.start = body.along_axis(&log.pose, log.whole_turns)[0];
-        body.rest = body.along_axis(&[pose_of(&log.began.pose)], log.began.whole_turns)[0];
+        body.start = body.at(&log.pose[0], log.whole_turns);
+        body.rest = body.at(&pose_of(&log.began.pose), log.began.whole_turns);
         body
     }
 
     /// Position along the axis, or the angle about it with its whole turns.
-    fn along_axis(&self, poses: &[Pose<f64>], whole_turns: i32) -> Vec<f64> {
+    fn along_axis(&self, log: &Log) -> Vec<f64> {
         match self.axis.is_rotation() {
-            true => angles(poses, &self.direction, whole_turns),
-            false => positions(poses, &self.direction),
+            true => angles(log.turned_poses(), &self.direction, log.whole_turns),
+            false => positions(&log.pose, &self.direction),
+        }
+    }
+
+    /// The same of one pose with so many whole turns.
+    fn at(&self, pose: &Pose<f64>, whole_turns: i32) -> f64 {
+        match self.axis.is_rotation() {
+            true => angle_about(pose, &self.direction) + TAU * f64::from(whole_turns),
+            false => self.direction.dot(&pose.translation.vector),
         }
     }
 

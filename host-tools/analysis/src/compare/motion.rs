@@ -10,7 +10,7 @@ use super::Source;
 use nalgebra::{UnitQuaternion, Vector3};
 use softdock_control::frames::{Pose, Twist};
 use softdock_control::wrench::Motion as Moving;
-use softdock_physics::model::load::{Docked, LoadModel, turned_since_first};
+use softdock_physics::model::load::{Docked, Followed, LoadModel, turned_since_first};
 use softdock_physics::model::prediction::Six;
 use softdock_physics::model::prediction::signals::Step;
 use softdock_physics::model::{Axis, Channel};
@@ -48,7 +48,13 @@ impl Motion {
             })
             .collect();
         let poses = poses(source, &velocity);
-        let mut turned = turned_since_first(poses.iter().flatten().copied());
+        let known = poses.iter().enumerate();
+        let mut turned = turned_since_first(known.filter_map(|(n, pose)| {
+            Some(Followed {
+                pose: (*pose)?,
+                by_velocity: source.signals.turned_by_velocity(n),
+            })
+        }));
         let mut place = |pose: &Pose<f64>| {
             let (linear, angular) = (pose.translation.vector, turned.next()?);
             Some(Twist { linear, angular }.get())

@@ -1,12 +1,13 @@
 //! A model to start from, for a log that came without one.
 
 use super::model_text::commented;
+use super::turns::poses_of;
 use anyhow::Context;
 use nalgebra::{DMatrix, DVector, Vector3};
 use serde::Deserialize;
 use softdock_app::record::CycleRecord;
 use softdock_io::recording::Recording;
-use softdock_physics::model::load::{pose_of, turned_since_first};
+use softdock_physics::model::load::turned_since_first;
 use softdock_physics::model::prediction::signals::{Signals, VelocityMeaning};
 use softdock_physics::model::{Axis, FilterModel, Model, WrenchMeaning};
 use softdock_statistics::{LowPassed, Noise, noise_floor};
@@ -258,7 +259,7 @@ impl Seen {
 
 /// Position, and how far it has turned since the first cycle.
 fn places(cycles: &[CycleRecord]) -> Vec<[f64; 6]> {
-    let turned = turned_since_first(cycles.iter().map(|c| pose_of(&c.trace.pose)));
+    let turned = turned_since_first(poses_of(cycles));
     let place = |(cycle, turned): (&CycleRecord, Vector3<f64>)| {
         let [x, y, z, ..] = cycle.trace.pose;
         [x, y, z, turned.x, turned.y, turned.z]

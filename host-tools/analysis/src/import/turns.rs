@@ -8,9 +8,9 @@
 use anyhow::bail;
 use nalgebra::{UnitQuaternion, Vector3};
 use softdock_app::record::CycleRecord;
-use softdock_control::frames::Pose;
-use softdock_physics::model::load::{angles, count_turns, pose_of, turned_since_first};
+use softdock_physics::model::load::{Followed, angles, count_turns, pose_of, turned_since_first};
 use softdock_report::number;
+use softdock_statistics::sample_time;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::Range;
 
@@ -41,7 +41,7 @@ impl Angles {
         let mut rad = shown.clone();
         let begin_again = begins_again(shown);
         if begin_again {
-            count_turns(rad.iter_mut());
+            count_turns(rad.iter_mut().map(|rad| (rad, 0.0)));
             let ahead = shown.iter().zip(&rad).map(|(shown, rad)| shown - rad);
             let ahead = ahead.into_iter().find(|ahead| ahead.is_finite())?;
             rad.iter_mut().for_each(|rad| *rad += ahead);
@@ -69,7 +69,7 @@ impl Angles {
         }
         let angle = |(v, w): (&Vector3<f64>, &f64)| 2.0 * v.dot(&axis).atan2(*w);
         let mut rad: Vec<f64> = vectors.iter().zip(w).map(angle).collect();
-        count_turns(rad.iter_mut());
+        count_turns(rad.iter_mut().map(|rad| (rad, 0.0)));
         Some(Self {
             axis,
             rad,
@@ -132,9 +132,24 @@ pub(super) fn ensure_told(
     Ok(())
 }
 
+/// The poses of some cycles, each with the turn since the one before that the velocities of both say.
+pub(super) fn poses_of(cycles: &[CycleRecord]) -> impl Iterator<Item = Followed> {
+    let cycle_s = sample_time(cycles.iter().map(|c| c.trace.time_s)).unwrap_or(0.0);
+    let turn = move |from: &CycleRecord, to: &CycleRecord| {
+        let rate = |c: &CycleRecord| Vector3::from_column_slice(&c.trace.executed_velocity[3..]);
+        (rate(from) + rate(to)) * (0.5 * cycle_s)
+    };
+    (0..cycles.len()).map(move |n| Followed {
+        pose: pose_of(&cycles[n].trace.pose),
+        by_velocity: n
+            .checked_sub(1)
+            .map_or_else(Vector3::zeros, |before| turn(&cycles[before], &cycles[n])),
+    })
+}
+
 /// The axis of M about which the cycles turn most.
 fn axis(cycles: &[CycleRecord]) -> usize {
-    let turned = turned_since_first(cycles.iter().map(|c| pose_of(&c.trace.pose)));
+    let turned = turned_since_first(poses_of(cycles));
     let most = turned.fold(Vector3::zeros(), |most: Vector3<f64>, turned| {
         most.sup(&turned.abs())
     });
@@ -143,8 +158,7 @@ fn axis(cycles: &[CycleRecord]) -> usize {
 
 /// The angle of each cycle about an axis of M, rad: the first with so many whole turns.
 fn about(axis: usize, cycles: &[CycleRecord], whole_turns: i32) -> Vec<f64> {
-    let poses: Vec<Pose<f64>> = cycles.iter().map(|c| pose_of(&c.trace.pose)).collect();
-    angles(&poses, &Vector3::ith(axis, 1.0), whole_turns)
+    angles(poses_of(cycles), &Vector3::ith(axis, 1.0), whole_turns)
 }
 
 /// The axis of M about which the cycles turn most, and the angle of each about it, rad: the first with so many whole turns.

@@ -1,6 +1,6 @@
 //! A recording as plain series, one per axis: what the search for effects works on.
 
-use crate::model::load::turned_since_first;
+use crate::model::load::{Followed, turn_between, turned_since_first};
 use crate::model::prediction::robot_axes::Turned;
 use crate::model::prediction::signals::{Signals, Step, VelocityMeaning};
 use crate::model::{FilterModel, Model, NoiseModel};
@@ -166,28 +166,54 @@ impl Log {
         self.sent.iter().flatten().any(|v| *v != 0.0)
     }
 
-    /// Whether its poses are the integral of its velocity, from where it began: nobody measured where that was.
+    /// Whether nobody measured where it began: its poses are the integral of its velocity from there on.
     pub fn has_own_origin(&self) -> bool {
+        self.pose.first() == Some(&Pose::identity()) && self.is_integrated()
+    }
+
+    /// Whether its poses are the integral of its velocity.
+    pub fn is_integrated(&self) -> bool {
         /// Smaller parts of a step are round-off.
         const ROUND_OFF: f64 = 1e-6;
         let mut steps = (1..self.cycle_count()).map(|n| {
             let (from, to) = (&self.pose[n - 1], &self.pose[n]);
+            let said = self.moved_by_velocity(n);
             let moved = Twist {
                 linear: to.translation.vector - from.translation.vector,
-                angular: (from.rotation.inverse() * to.rotation).scaled_axis(),
+                angular: turn_between(&from.rotation, &to.rotation, &said.angular),
             };
-            let velocity = |n: usize| {
-                let rates = std::array::from_fn(|axis| self.executed[axis][n]);
-                Twist::of(&self.velocity(n, rates))
-            };
-            let mean = (velocity(n - 1) + velocity(n)) * (0.5 * self.cycle_s);
             let norm = |twist: Twist<f64>| Vector6::from_row_slice(&twist.get()).norm();
             // A sum has as many digits as it is long.
             let digits = 8.0 * f64::EPSILON * (1.0 + to.translation.vector.norm());
-            norm(moved - mean) <= ROUND_OFF * norm(mean) + digits
+            norm(moved - said) <= ROUND_OFF * norm(said) + digits
         });
-        let begins = self.pose.first() == Some(&Pose::identity());
-        begins && self.reading == Reading::AtEnd && steps.all(|is_sum| is_sum)
+        self.reading == Reading::AtEnd && steps.all(|is_sum| is_sum)
+    }
+
+    /// Its poses, each with the turn since the one before that the velocity says.
+    pub fn turned_poses(&self) -> impl Iterator<Item = Followed> {
+        let said = |n: usize| match n {
+            0 => Vector3::zeros(),
+            n => self.moved_by_velocity(n).angular,
+        };
+        let poses = self.pose.iter().enumerate();
+        poses.map(move |(n, pose)| Followed {
+            pose: *pose,
+            by_velocity: said(n),
+        })
+    }
+
+    /// How far it moved since the cycle before, m in C and rad in M, by its velocity.
+    fn moved_by_velocity(&self, n: usize) -> Twist<f64> {
+        let velocity = |n: usize| {
+            let rates = std::array::from_fn(|axis| self.executed[axis][n]);
+            Twist::of(&self.velocity(n, rates))
+        };
+        let mean = match self.reading {
+            Reading::Mean => velocity(n),
+            Reading::AtEnd => (velocity(n - 1) + velocity(n)) * 0.5,
+        };
+        mean * self.cycle_s
     }
 
     /// Whether the rig stands still throughout: nothing is sent, and poses and velocities stay within their noise.
@@ -201,7 +227,7 @@ impl Log {
         let slow = |(rates, sigma): (&Vec<f64>, f64)| rates.iter().all(|v| v.abs() < STILL * sigma);
         // Two poses are compared.
         let reach = STILL * std::f64::consts::SQRT_2;
-        let mut turned = turned_since_first(self.pose.iter().copied());
+        let mut turned = turned_since_first(self.pose.iter().copied().map(Followed::from));
         let near = |pose: &Pose<f64>| {
             (pose.translation.vector - first.translation.vector).amax() < reach * noise.position_m
         };

@@ -137,7 +137,8 @@ fn places(signals: &Signals<'_>, axis: Axis) -> Vec<f64> {
         .map(|n| place(n).unwrap_or(f64::NAN))
         .collect();
     if axis.is_rotation() {
-        count_turns(places.iter_mut());
+        let ahead = |n: usize| signals.turned_by_velocity(n)[i - 3];
+        count_turns(places.iter_mut().zip((0..).map(ahead)));
     }
     places
 }

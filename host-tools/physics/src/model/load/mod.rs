@@ -18,7 +18,10 @@ pub use guide::Guide;
 pub use laws::{in_motion, nominal_tool};
 pub use scene::Scene;
 pub use touch::Touch;
-pub use turns::{angle_about, angles, count_turns, pose_of, positions, turned_since_first};
+pub use turns::{
+    Followed, angle_about, angles, count_turns, pose_of, positions, turn_between,
+    turned_since_first,
+};
 pub use wall::Wall;
 
 use crate::effects::sensor::tool::{LoadMotion, Tool};

@@ -2,7 +2,7 @@
 
 use super::column::Column;
 use super::touch::Touch;
-use super::turns::{angle_about, angles, pose_of, positions};
+use super::turns::{Followed, angle_about, angles, pose_of, positions};
 use super::{Docked, LoadModel, tip_motion};
 use crate::model::Model;
 use crate::model::prediction::signals::Step;
@@ -123,12 +123,23 @@ impl Scene {
         depths.any(|depth| *depth > 0.0)
     }
 
-    /// Of a log: what its poses do not say.
-    pub fn of_log(mut self, of_a_rig: bool, whole_turns: i32, began: &Beginning) -> Self {
+    /// Of a log: what its poses do not say. `by_velocity`: how far each has turned since the one before, rad, by the velocity.
+    pub fn of_log(
+        mut self,
+        of_a_rig: bool,
+        whole_turns: i32,
+        by_velocity: impl Iterator<Item = Vector3<f64>>,
+        began: &Beginning,
+    ) -> Self {
         self.of_a_rig = of_a_rig;
         self.began = *began;
         if self.model.bearing().is_some() {
-            self.position = angles(&self.pose, &self.axis, whole_turns).into();
+            let turned = self.pose.iter().zip(by_velocity);
+            let turned = turned.map(|(pose, by_velocity)| Followed {
+                pose: *pose,
+                by_velocity,
+            });
+            self.position = angles(turned, &self.axis, whole_turns).into();
         }
         self
     }
@@ -226,7 +237,7 @@ impl Scene {
     /// With the motion along the guide, or about the bearing.
     fn along_guide(mut self) -> Self {
         self.position = match self.model.bearing() {
-            Some(_) => angles(&self.pose, &self.axis, 0).into(),
+            Some(_) => angles(self.pose.iter().copied().map(Followed::from), &self.axis, 0).into(),
             None => positions(&self.pose, &self.axis).into(),
         };
         self.acceleration = self.accelerations();

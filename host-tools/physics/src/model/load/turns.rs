@@ -1,4 +1,7 @@
 //! Where poses are along an axis, and how far they have turned about one.
+//!
+//! Turns that differ by whole ones end in the same orientation. Where the orientation is the integral of a velocity, as in the log of a
+//! fast shaft of which nobody measured the angle, that velocity says which of them it was; else it is the shortest.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use softdock_control::frames::{self, Pose};
@@ -15,11 +18,39 @@ pub fn positions(poses: &[Pose<f64>], axis: &Vector3<f64>) -> Vec<f64> {
     poses.iter().map(along).collect()
 }
 
-/// How far each pose has turned about an axis of M, rad: the first with so many whole turns, each other with those that bring it
-/// nearest to the pose before.
-pub fn angles(poses: &[Pose<f64>], axis: &Vector3<f64>, whole_turns: i32) -> Vec<f64> {
-    let mut angles: Vec<f64> = poses.iter().map(|pose| angle_about(pose, axis)).collect();
-    count_turns(angles.iter_mut());
+/// A pose, and how far it has turned since the one before.
+#[derive(Clone, Copy, Debug)]
+pub struct Followed {
+    /// The pose of M in C.
+    pub pose: Pose<f64>,
+    /// Its turn since the pose before by the velocity, rad, axes of M; zero where nobody knows.
+    pub by_velocity: Vector3<f64>,
+}
+
+/// A pose without a velocity.
+impl From<Pose<f64>> for Followed {
+    fn from(pose: Pose<f64>) -> Self {
+        Self {
+            pose,
+            by_velocity: Vector3::zeros(),
+        }
+    }
+}
+
+/// How far each pose has turned about an axis of M, rad: the first with so many whole turns.
+pub fn angles(
+    poses: impl Iterator<Item = Followed>,
+    axis: &Vector3<f64>,
+    whole_turns: i32,
+) -> Vec<f64> {
+    let (turns, ahead): (Vec<f64>, Vec<f64>) = poses
+        .map(|turned| {
+            let angle = angle_about(&turned.pose, axis);
+            (angle, axis.dot(&turned.by_velocity))
+        })
+        .unzip();
+    let mut angles = turns;
+    count_turns(angles.iter_mut().zip(ahead));
     let before = TAU * f64::from(whole_turns);
     angles.iter_mut().for_each(|angle| *angle += before);
     angles
@@ -47,23 +78,53 @@ pub fn angle_about(pose: &Pose<f64>, axis: &Vector3<f64>) -> f64 {
 /// How far each pose has turned since the first, rad, axes of M: rotation vectors from pose to pose, added, which after some turns an
 /// orientation does not tell.
 pub fn turned_since_first(
-    poses: impl Iterator<Item = Pose<f64>>,
+    poses: impl Iterator<Item = Followed>,
 ) -> impl Iterator<Item = Vector3<f64>> {
-    let (mut turned, mut before) = (Vector3::zeros(), None);
-    poses.map(move |pose| {
+    let (mut all, mut before) = (Vector3::zeros(), None);
+    poses.map(move |Followed { pose, by_velocity }| {
         let now = pose.rotation;
         if let Some(before) = before.replace(now) {
-            turned += (before.inverse() * now).scaled_axis();
+            all += turn_between(&before, &now, &by_velocity);
         }
-        turned
+        all
     })
 }
 
-/// Adds to each angle the whole turns that bring it nearest to the one before.
-pub fn count_turns<'a>(angles: impl Iterator<Item = &'a mut f64>) {
+/// The turn that leads from an orientation to another, rad, axes of M: the shortest, or the one with whole turns more that the velocity
+/// says.
+pub fn turn_between(
+    from: &UnitQuaternion<f64>,
+    to: &UnitQuaternion<f64>,
+    by_velocity: &Vector3<f64>,
+) -> Vector3<f64> {
+    let turn = (from.inverse() * to).scaled_axis();
+    // After whole turns the shortest one has no direction.
+    let about = turn
+        .try_normalize(INTEGRAL)
+        .or_else(|| by_velocity.try_normalize(INTEGRAL));
+    let whole = about.map_or(turn, |about| {
+        turn + about * (TAU * ((by_velocity - turn).dot(&about) / TAU).round())
+    });
+    match (whole - by_velocity).norm() < INTEGRAL {
+        true => whole,
+        false => turn,
+    }
+}
+
+/// An orientation that is the integral of a velocity has turned as far as that says, rad, but for round-off; one that was measured by
+/// chance, once in thousands of poses.
+const INTEGRAL: f64 = 1e-3;
+
+/// Adds whole turns to each angle, so that it has turned from the one before as far as its velocity says, rad, or by the shortest way.
+pub fn count_turns<'a>(angles: impl Iterator<Item = (&'a mut f64, f64)>) {
     let mut before = 0.0;
-    for angle in angles.filter(|angle| angle.is_finite()) {
-        *angle += TAU * ((before - *angle) / TAU).round();
+    for (angle, by_velocity) in angles.filter(|(angle, _)| angle.is_finite()) {
+        let near = |expected: f64| *angle + TAU * ((expected - *angle) / TAU).round();
+        let said = near(before + by_velocity);
+        *angle = match (said - before - by_velocity).abs() < INTEGRAL {
+            true => said,
+            false => near(before),
+        };
         before = *angle;
     }
 }
@@ -102,22 +163,29 @@ mod tests {
         }
     }
 
-    /// 2 rad from pose to pose, out over three turns and back: an orientation alone would be within half a turn.
+    /// Out over some turns and back. Below half a turn from pose to pose the shortest one is right, whatever a velocity says that is not
+    /// the orientation's; beyond, the velocity says which.
     #[test]
     fn turns_are_counted() {
-        let angle = |n: i32| f64::from(if n <= 10 { n } else { 20 - n }) * 2.0;
-        let poses = (0..=20).map(|n| {
-            let turn = Vector3::new(0.0, 0.0, angle(n));
-            Pose::from_parts(
-                Vector3::zeros().into(),
-                UnitQuaternion::from_scaled_axis(turn),
-            )
-        });
-        for (n, turned) in (0..).zip(turned_since_first(poses)) {
-            assert!(
-                (turned - Vector3::new(0.0, 0.0, angle(n))).norm() < 1e-12,
-                "{n}"
-            );
+        for (step, said) in [(2.0, 0.0), (2.0, 40.0), (4.0, 4.0), (7.0, 7.0), (TAU, TAU)] {
+            let angle = |n: i32| f64::from(if n <= 10 { n } else { 20 - n }) * step;
+            let ahead = |n: i32| match n {
+                0 => 0.0,
+                1..=10 => said,
+                _ => -said,
+            };
+            let poses = (0..=20).map(|n| Followed {
+                pose: Pose::from_parts(
+                    Vector3::zeros().into(),
+                    UnitQuaternion::from_scaled_axis(Vector3::z() * angle(n)),
+                ),
+                by_velocity: Vector3::z() * ahead(n),
+            });
+            let about = angles(poses.clone(), &Vector3::z(), 0);
+            for ((n, turned), about) in (0..).zip(turned_since_first(poses)).zip(about) {
+                let off = (turned - Vector3::z() * angle(n)).norm() + (about - angle(n)).abs();
+                assert!(off < 1e-9, "{step} {n}: {off}");
+            }
         }
     }
 }

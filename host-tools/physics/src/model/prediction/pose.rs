@@ -4,9 +4,9 @@
 //! over the cycle; rotations likewise with the rotation vector of `R(n−1)ᵀ R(n)`. Angles are
 //! given from the first pose of the recording, axes of M; that of a bearing counts whole turns.
 
-use super::signals::{Signals, Step, VelocityMeaning};
+use super::signals::{Signals, VelocityMeaning};
 use super::{ChannelPrediction, Six, six};
-use crate::model::load::count_turns;
+use crate::model::load::{count_turns, turn_between};
 use crate::model::{Channel, Model};
 use softdock_control::frames::{Pose, Twist};
 
@@ -23,7 +23,9 @@ pub fn predict(model: &Model, signals: &Signals<'_>, intervals_s: &[f64]) -> Cha
         })
         .collect();
     if let Some(axis) = model.bearing() {
-        count_turns(measured.iter_mut().map(|six| &mut six[axis.index()]));
+        let ahead = |n: usize| signals.turned_by_velocity(n)[axis.index() - 3];
+        let angles = measured.iter_mut().map(|six| &mut six[axis.index()]);
+        count_turns(angles.zip((0..).map(ahead)));
     }
     let predicted = (0..signals.len())
         .map(|n| {
@@ -69,30 +71,25 @@ fn increment_error(
     clock: &ClockErrors,
 ) -> Option<Six> {
     let last = n.checked_sub(1)?;
-    if signals.steps[n] != Step::Next {
-        return None;
-    }
-    let moved = increment(&signals.pose(last)?, &signals.pose(n)?);
-    let mean = match signals.velocity {
+    let said = signals.moved_by_velocity(n)?;
+    let moved = increment(&signals.pose(last)?, &signals.pose(n)?, &said);
+    if signals.velocity == VelocityMeaning::CycleMean {
         // The velocity is the pose's own difference, whatever the clock does.
-        VelocityMeaning::CycleMean => {
-            return Some((moved - signals.executed(n)? * signals.cycle_s).get());
-        }
-        VelocityMeaning::Sampled => (signals.executed(n)? + signals.executed(last)?) * 0.5,
-    };
+        return Some((moved - said).get());
+    }
     let interval_s = intervals_s.get(n).copied().unwrap_or(signals.cycle_s) * (1.0 + clock.rate);
     // Of a pose that is late it is the motion of before.
     let later = match clock.offset_s {
         0.0 => Twist::zero(),
         offset_s => (signals.executed(n)? - signals.executed(last)?) * offset_s,
     };
-    Some((moved - mean * interval_s + later).get())
+    Some((moved - said * (interval_s / signals.cycle_s) + later).get())
 }
 
-fn increment(from: &Pose<f64>, to: &Pose<f64>) -> Twist<f64> {
+fn increment(from: &Pose<f64>, to: &Pose<f64>, said: &Twist<f64>) -> Twist<f64> {
     Twist {
         linear: to.translation.vector - from.translation.vector,
-        angular: (from.rotation.inverse() * to.rotation).scaled_axis(),
+        angular: turn_between(&from.rotation, &to.rotation, &said.angular),
     }
 }
 

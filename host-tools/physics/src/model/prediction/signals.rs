@@ -6,7 +6,9 @@ use super::differences::{
 };
 use super::robot_axes::{RobotAxes, Turned};
 use crate::model::Model;
-use crate::model::load::{angle_about, angles, pose_of, turned_since_first};
+use crate::model::load::{
+    Followed, angle_about, angles, pose_of, turn_between, turned_since_first,
+};
 use crate::model::prediction::{Six, six};
 use anyhow::{bail, ensure};
 use nalgebra::{Vector3, Vector6};
@@ -137,17 +139,23 @@ impl<'a> Signals<'a> {
 
     /// Whole turns of the pose of a cycle about the axis of M about which the poses before it turn most.
     pub fn whole_turns_at(&self, cycle: usize) -> i32 {
-        let poses: Vec<Pose<f64>> = (0..=cycle).filter_map(|n| self.pose(n)).collect();
-        let farthest = turned_since_first(poses.iter().copied())
+        let turned = |n: usize| {
+            Some(Followed {
+                pose: self.pose(n)?,
+                by_velocity: self.turned_by_velocity(n),
+            })
+        };
+        let poses = || (0..=cycle).filter_map(turned);
+        let farthest = turned_since_first(poses())
             .fold(Vector3::zeros(), |most: Vector3<f64>, turned| {
                 most.sup(&turned.abs())
             });
         let axis = Vector3::ith(farthest.imax(), 1.0);
-        let turned = angles(&poses, &axis, self.whole_turns);
-        let (Some(turned), Some(pose)) = (turned.last(), poses.last()) else {
+        let turned = angles(poses(), &axis, self.whole_turns);
+        let (Some(turned), Some(last)) = (turned.last(), poses().last()) else {
             return self.whole_turns;
         };
-        ((turned - angle_about(pose, &axis)) / TAU).round() as i32
+        ((turned - angle_about(&last.pose, &axis)) / TAU).round() as i32
     }
 
     /// The same signals with other values in their cycles.
@@ -199,6 +207,22 @@ impl<'a> Signals<'a> {
         let of = |n: usize| Some(pose_of(&self.recorded_pose(n)?));
         let all = || (0..self.len()).map(of).collect();
         *self.poses.get_or_init(all).get(n)?
+    }
+
+    /// How far it turned in cycle n by the recorded velocity, rad in M; zero where nobody knows.
+    pub fn turned_by_velocity(&self, n: usize) -> Vector3<f64> {
+        self.moved_by_velocity(n)
+            .map_or_else(Vector3::zeros, |moved| moved.angular)
+    }
+
+    /// How far it moved in cycle n by the recorded velocity, m in C and rad in M; None where it does not follow the cycle before.
+    pub fn moved_by_velocity(&self, n: usize) -> Option<Twist<f64>> {
+        let last = n.checked_sub(1).filter(|_| self.steps[n] == Step::Next)?;
+        let mean = match self.velocity {
+            VelocityMeaning::CycleMean => self.executed(n)?,
+            VelocityMeaning::Sampled => (self.executed(n)? + self.executed(last)?) * 0.5,
+        };
+        Some(mean * self.cycle_s)
     }
 
     /// The numbers of the pose, without the roots that make its quaternion a unit one.
@@ -408,7 +432,10 @@ fn velocity_meaning(cycles: &[CycleRecord], cycle_s: f64) -> VelocityMeaning {
     for pair in cycles.windows(2) {
         let (from, to): (Pose<f64>, Pose<f64>) = (pose(&pair[0]), pose(&pair[1]));
         let displacement = to.translation.vector - from.translation.vector;
-        let turn = (from.rotation.inverse() * to.rotation).scaled_axis();
+        let [before, after] = [0, 1].map(|n| velocity(&pair[n]));
+        let mean = (before + after) * (0.5 * cycle_s);
+        let by_velocity = mean.fixed_rows::<3>(3).into_owned();
+        let turn = turn_between(&from.rotation, &to.rotation, &by_velocity);
         let moved = Vector6::new(
             displacement.x,
             displacement.y,
@@ -417,12 +444,11 @@ fn velocity_meaning(cycles: &[CycleRecord], cycle_s: f64) -> VelocityMeaning {
             turn.y,
             turn.z,
         );
-        let (before, after) = (velocity(&pair[0]), velocity(&pair[1]));
         if (after - before).norm() <= ROUND_OFF * after.norm() {
             continue;
         }
         let of_mean = (moved - after * cycle_s).norm_squared();
-        let of_sampled = (moved - (before + after) * (0.5 * cycle_s)).norm_squared();
+        let of_sampled = (moved - mean).norm_squared();
         if of_mean.is_finite() && of_sampled.is_finite() {
             of_poses += usize::from(of_mean <= OF_POSES * of_sampled);
             steps += 1;

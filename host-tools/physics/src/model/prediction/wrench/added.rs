@@ -79,7 +79,8 @@ pub(super) fn scene(
     let steps = signals.steps.clone();
     let scene = Scene::of_steps(model, signals.cycle_s, time_s, pose, motion, steps);
     let of_a_rig = signals.is_of_a_rig();
-    Some(scene.of_log(of_a_rig, signals.whole_turns, &signals.began))
+    let turned = (0..signals.len()).map(|n| signals.turned_by_velocity(n));
+    Some(scene.of_log(of_a_rig, signals.whole_turns, turned, &signals.began))
 }
 
 /// Whether a prediction misses the measurement by little more than noise.
