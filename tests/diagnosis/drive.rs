@@ -1,10 +1,13 @@
 //! An axis of which only the drive's current is recorded, scaled by a guess.
 
 use super::joint::logs;
+use super::tables::{imported, table};
 use softdock_analysis::add::add_effects;
 use softdock_analysis::diagnose::{Verdict, diagnose};
+use softdock_analysis::import::starter::starter;
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
+use softdock_statistics::RandomStream;
 use softdock_tests::one_axis::OneAxis;
 
 /// Mass, kg, and spring, N/m: known.
@@ -344,4 +347,65 @@ fn a_servo_is_not_taken_apart_where_more_is_left_than_noise() {
     let hz = &found.parameters["second_order_servo"]["frequency_hz"];
     // What depends on the position is 2 % of the motion.
     assert!((hz.value / 1.369 - 1.0).abs() < 0.05, "{hz:?}");
+}
+
+/// A motor of 0.004 kg·m² and 0.07 N·m·s/rad starts under torques that never change in their logs; the speed is a mean over 50 ms. When
+/// such a torque was told nobody knows: a delay would be worth the start of each log, which it leaves unpredicted.
+#[test]
+fn a_command_that_never_changes_shows_no_delay() {
+    let speed = |torque: f64, t: f64| {
+        let (final_speed, time_constant_s) = (torque / 0.07, 0.004 / 0.07);
+        let angle = |t: f64| {
+            let t = t.max(0.0);
+            final_speed * (t - time_constant_s * (1.0 - (-t / time_constant_s).exp()))
+        };
+        (angle(t) - angle(t - 0.05)) / 0.05
+    };
+    let step = |torque: f64, seed: u64| {
+        let mut random = RandomStream::new(seed, 0);
+        let noise: Vec<f64> = (0..150).map(|_| 0.02 * random.normal()).collect();
+        table("t,w,u", 150, |n| {
+            let t = 0.013 + n / 150.0;
+            let speed = speed(torque, t) + noise[n as usize];
+            format!("{t},{speed},{torque}")
+        })
+    };
+    let torques = [1.0, -0.6, 0.2, 0.8, -0.4];
+    let names = ["a.csv", "b.csv", "c.csv", "d.csv", "e.csv"];
+    let files: Vec<(&str, String)> = names
+        .into_iter()
+        .zip(torques.map(|torque| step(torque, 7)))
+        .collect();
+    let mapping = r#"
+        files = { train = [["a.csv"], ["b.csv"], ["c.csv"]], test = [["d.csv"], ["e.csv"]] }
+        starter = { wrench = "commanded", gravity_m_s2 = [0.0, 0.0, 0.0] }
+        time = { column = "t" }
+        executed_velocity = { rx = { column = "w", unit = "rad/s" } }
+        wrench = { tx = { column = "u", unit = "N·m", scale = -1.0 } }
+        filter = { cutoff_hz = 15.0, order = 4 }
+    "#;
+    let logs = imported("steps_of_torque", mapping, &files).unwrap();
+    let text = starter(&logs.train, logs.filtered.as_ref(), &logs.told)
+        .unwrap()
+        .text;
+    let model = Model::from_toml(&text, "model.toml").unwrap();
+    let [train, test]: [Vec<&Recording>; 2] =
+        [&logs.train, &logs.test].map(|logs| logs.iter().collect());
+    let found = diagnose(&model, &train, &test, &|_, _| {})
+        .unwrap()
+        .diagnosis;
+    let mut named = found.effects.clone();
+    named.sort();
+    assert_eq!(
+        named,
+        ["bearing_inertia", "guide_viscous"],
+        "{}",
+        found.sentence
+    );
+    let said = "When the load was told is not tested";
+    assert!(
+        found.notes.iter().any(|note| note.contains(said)),
+        "{:?}",
+        found.notes
+    );
 }

@@ -40,7 +40,8 @@ impl ChannelLevels {
         }
     }
 
-    /// Error per channel as docking-rig-log/1 sums it up: all cycles, and of the pose its translations.
+    /// Error per channel as docking-rig-log/1 sums it up: all cycles, and of the pose its translations; of a wrench those that are
+    /// predicted, of which a delay may leave a part of the log.
     /// What the digits of a log make of the model's velocity, which has no other noise, is no error.
     fn of_one(prediction: &Prediction) -> Self {
         let level = |channel: Channel| -> f64 {
@@ -49,7 +50,7 @@ impl ChannelLevels {
             let axes: Vec<&Axis> = judged
                 .filter(|a| !(channel == Channel::Pose && a.is_rotation()))
                 .collect();
-            let count = axes.len() * prediction.time_s.len();
+            let count = axes.len() * series.rows_that_count();
             let mut sum = 0.0;
             for axis in axes {
                 let sigma = series.sigma[axis.index()];

@@ -107,7 +107,7 @@ fn of_axis(prediction: &Prediction, phases: &[Phase], channel: Channel, axis: Ax
         sum.count += 1;
         squares += error * error;
     }
-    let rms = (squares / phases.len().max(1) as f64).sqrt();
+    let rms = (squares / values.rows_that_count().max(1) as f64).sqrt();
     let sigma = values.sigma[axis.index()];
     AxisError {
         channel,

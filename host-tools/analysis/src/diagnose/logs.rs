@@ -90,6 +90,11 @@ impl Logs<Log> {
         each.is_some_and(|each| each.iter().all(|one| is_same_wrench(each[0], *one)))
     }
 
+    /// Whether in none the load changes, though it may from log to log.
+    pub(super) fn have_constant_loads(&self) -> bool {
+        !self.all.iter().any(Log::wrench_changes)
+    }
+
     /// Whether each has an origin of its own: effects that act by position have other amounts in each, then.
     pub(super) fn have_own_origins(&self) -> bool {
         self.all.len() > 1 && self.all.iter().all(Log::has_own_origin)

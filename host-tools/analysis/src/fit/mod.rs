@@ -35,6 +35,7 @@ use serde::Serialize;
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 use softdock_physics::model::edit::rounded;
+use softdock_physics::model::load::effects::latest_s;
 use softdock_physics::model::prediction::signals::Signals;
 use softdock_statistics::DEVIATIONS_95;
 
@@ -156,6 +157,10 @@ fn fitted(
     let signals = signals.collect::<anyhow::Result<Vec<_>>>()?;
     let mut free = parameter::all(model);
     free.retain(those);
+    let lengths_s = signals.iter().map(|log| log.len() as f64 * log.cycle_s);
+    let latest_s = latest_s(lengths_s.fold(f64::INFINITY, f64::min));
+    free.iter_mut()
+        .for_each(|one| one.no_later_than(latest_s, model));
     ensure!(
         !free.is_empty(),
         "there is nothing to fit: the model has no effects, and all of its tolerances are 0"

@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 use softdock_physics::effects::{Clock, Law, by_id};
 use softdock_physics::model::docking;
 use softdock_physics::model::edit::rounded;
+use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::{
     Allowed, BodyModel, EffectModel, GuideModel, Model, known_parameters,
 };
@@ -210,6 +211,19 @@ impl Parameter {
                 | ParameterId::SensorPosition(_)
                 | ParameterId::SensorOrientation(_)
         )
+    }
+
+    /// Keeps what moves all that loads the sensor in time within so much, s, or within its own value.
+    pub(super) fn no_later_than(&mut self, latest_s: f64, model: &Model) {
+        let ParameterId::Effect(k, _) = self.id else {
+            return;
+        };
+        let effect = model.effects.get(k);
+        let effect = effect.and_then(|effect| LoadEffect::find(model, &effect.id));
+        if effect.is_some_and(LoadEffect::is_late) {
+            let most = latest_s.max(self.value.abs());
+            (self.low, self.high) = (self.low.max(-most), self.high.min(most));
+        }
     }
 
     /// Notes the interval of an effect's parameter.

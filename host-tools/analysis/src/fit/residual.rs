@@ -87,7 +87,7 @@ impl<'a> Residuals<'a> {
         self.rows.len()
     }
 
-    /// The residuals of a model; 0 where it predicts nothing.
+    /// The residuals of a model; 0 where it predicts nothing, for which those of the same log and channel count as much more.
     pub(super) fn of(&self, model: &Model) -> Vec<f64> {
         self.weighted(&self.relative(model))
     }
@@ -205,8 +205,8 @@ impl<'a> Residuals<'a> {
             };
             channel.residual(row.cycle, row.axis)
         };
-        let of_row = |row: &Row| missed_by(row).unwrap_or(0.0) / row.sigma;
-        self.rows.iter().map(of_row).collect()
+        let of_row = |row: &Row| missed_by(row).map(|missed| missed / row.sigma);
+        in_place_of_lost(&self.rows, self.rows.iter().map(of_row).collect())
     }
 
     /// A model that is equal for all that differ in effects on the reading alone, and in the zero of the sensor. A delay of a drive,
@@ -266,6 +266,22 @@ struct Unaffected {
     model_velocity: ChannelPrediction,
     /// None where it is that of the model as it was given.
     pose: Option<ChannelPrediction>,
+}
+
+/// Residuals of which those that are lost count as the others of their log and channel do: a delay of a drive must not be worth what
+/// it leaves unpredicted.
+fn in_place_of_lost(rows: &[Row], relative: Vec<Option<f64>>) -> Vec<f64> {
+    let same = |a: &(&Row, &Option<f64>), b: &(&Row, &Option<f64>)| {
+        (a.0.log, a.0.channel) == (b.0.log, b.0.channel)
+    };
+    let all: Vec<(&Row, &Option<f64>)> = rows.iter().zip(&relative).collect();
+    let each = all.chunk_by(same).flat_map(|part| {
+        let known = part.iter().filter(|(_, missed)| missed.is_some()).count();
+        let weight = (part.len() as f64 / known.max(1) as f64).sqrt();
+        part.iter()
+            .map(move |(_, missed)| weight * missed.unwrap_or(0.0))
+    });
+    each.collect()
 }
 
 fn all_rows(log: usize, prediction: &Prediction, every: usize) -> Vec<Row> {

@@ -147,13 +147,16 @@ impl Log {
         self.wrench.each_ref().map(of_axis)
     }
 
+    /// Whether the wrench is not the same in all rows.
+    pub fn wrench_changes(&self) -> bool {
+        changes((0..self.cycle_count()).map(|n| self.wrench.each_ref().map(|series| series[n])))
+    }
+
     /// The wrench, if a motion was logged under one that never changes, as under a constant command.
     pub fn constant_wrench(&self) -> Option<[f64; 6]> {
         let first = self.wrench.each_ref().map(|series| series[0]);
-        let mut rows = 0..self.cycle_count();
-        let same = |n: usize| is_same_wrench(first, self.wrench.each_ref().map(|series| series[n]));
         let moves = is_measured(self.executed.iter().flatten().copied());
-        (moves && is_measured(first.into_iter()) && rows.all(same)).then_some(first)
+        (moves && is_measured(first.into_iter()) && !self.wrench_changes()).then_some(first)
     }
 
     /// Number of cycles.
@@ -247,7 +250,13 @@ impl Log {
     }
 }
 
-fn finite(six: [f64; 6]) -> [f64; 6] {
+/// Whether a wrench is not the same in all rows.
+pub(super) fn changes(mut rows: impl Iterator<Item = [f64; 6]>) -> bool {
+    let first = rows.next();
+    first.is_some_and(|first| rows.any(|row| !is_same_wrench(first, row)))
+}
+
+pub(super) fn finite(six: [f64; 6]) -> [f64; 6] {
     six.map(|v| if v.is_finite() { v } else { 0.0 })
 }
 

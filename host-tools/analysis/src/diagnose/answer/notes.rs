@@ -78,6 +78,11 @@ impl Answer<'_> {
     fn of_logs(&self, in_sample: bool) -> Vec<String> {
         let Self { model, stages, .. } = self;
         let mut notes: Vec<String> = untested(stages).map(str::to_owned).collect();
+        if stages.wrench.is_some() && !model.sensor.at_rest && stages.logs.have_constant_loads() {
+            notes.push(
+                "When the load was told is not tested: it is the same from beginning to end of each log.".to_owned(),
+            );
+        }
         if stages.logs.have_own_origins() {
             let turns = model.bearing().is_some();
             let by_position = CATALOGUE.iter().filter(|e| e.acts_by_position(turns));

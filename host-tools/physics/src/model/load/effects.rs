@@ -35,6 +35,11 @@ pub const LEVEL: f64 = 2.1;
 /// excess that turns round over two thirds of the speed over which it fades has half.
 const REACHED: f64 = 0.5;
 
+/// The latest that anything is looked for in logs of which the shortest is so long, s.
+pub fn latest_s(shortest_s: f64) -> f64 {
+    LATEST_SHARE * shortest_s
+}
+
 /// How slow and how fast logs are.
 #[derive(Clone, Copy, Debug)]
 pub struct Pace {
@@ -233,8 +238,11 @@ impl LoadEffect {
         };
         let high = high.min(tried.most);
         if self.is_late_reading() {
-            let latest = (LATEST_S * logs.slower()).min(LATEST_SHARE * logs.shortest_s);
+            let latest = (LATEST_S * logs.slower()).min(latest_s(logs.shortest_s));
             return [low, high].map(|end| end.clamp(-latest, latest));
+        }
+        if self.is_late() {
+            return [low, high.min(latest_s(logs.shortest_s))];
         }
         if self.is_a_drift() {
             return [low.max(CREEPS * logs.shortest_s).min(high), high];

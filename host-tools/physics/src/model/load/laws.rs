@@ -25,9 +25,13 @@ pub(super) fn acts(scene: &Scene, effect: &Effect) -> bool {
         Law::Docking(_) => scene.docked.iter().any(|wrench| *wrench != Wrench::zero()),
         Law::Zero(_) => effect.parameters.iter().all(|p| p.tried().is_none()) || !sensor.at_rest,
         Law::Load(_) => sensor.wrench == WrenchMeaning::Measured,
-        Law::Late(_) | Law::Range(_) => live(WrenchMeaning::Measured),
-        Law::Apart(_) => live(WrenchMeaning::Measured) && !scene.of_a_rig,
-        Law::Actuator(_) => sensor.wrench.drives() && !sensor.at_rest,
+        Law::Range(_) => live(WrenchMeaning::Measured),
+        Law::Late(_) => live(WrenchMeaning::Measured) && scene.wrench_changes,
+        Law::Apart(_) => live(WrenchMeaning::Measured) && !scene.of_a_rig && scene.wrench_changes,
+        Law::Actuator(Actuator { late, .. }) => {
+            let is_seen = late.is_none() || scene.wrench_changes;
+            sensor.wrench.drives() && !sensor.at_rest && is_seen
+        }
         Law::Drive(_) => live(WrenchMeaning::Unscaled),
         Law::Formula(_) => !sensor.at_rest,
         _ => true,

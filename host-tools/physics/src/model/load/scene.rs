@@ -56,6 +56,8 @@ pub struct Scene {
     pub of_a_rig: bool,
     /// Axes of the reading that were measured.
     measured: [bool; 6],
+    /// The wrench of the log changes: of one that never does nobody knows when it was told.
+    pub(super) wrench_changes: bool,
     /// Position along the guide, m; of a bearing the angle, rad.
     pub position: Arc<[f64]>,
     /// Acceleration along the guide, m/s² or rad/s².
@@ -123,16 +125,19 @@ impl Scene {
         depths.any(|depth| *depth > 0.0)
     }
 
-    /// Of a log: what its poses do not say. `by_velocity`: how far each has turned since the one before, rad, by the velocity.
+    /// Of a log: what its poses do not say. `by_velocity`: how far each has turned since the one before, rad, by the velocity;
+    /// `wrench_changes`: the wrench of the log is not the same throughout.
     pub fn of_log(
         mut self,
         of_a_rig: bool,
         whole_turns: i32,
         by_velocity: impl Iterator<Item = Vector3<f64>>,
+        wrench_changes: bool,
         began: &Beginning,
     ) -> Self {
         self.of_a_rig = of_a_rig;
         self.began = *began;
+        self.wrench_changes = wrench_changes;
         if self.model.bearing().is_some() {
             let turned = self.pose.iter().zip(by_velocity);
             let turned = turned.map(|(pose, by_velocity)| Followed {
@@ -217,6 +222,7 @@ impl Scene {
             bias: model.sensor.bias,
             of_a_rig: true,
             measured: [true; 6],
+            wrench_changes: true,
             m_from_s: load.m_from_s,
             sensor: load.m_from_s.translation.vector,
             s_from_m: turned_back(&load.m_from_s.rotation),

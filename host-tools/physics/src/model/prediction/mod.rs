@@ -59,6 +59,15 @@ impl ChannelPrediction {
         residual(self.measured.get(cycle)?, &predicted, axis)
     }
 
+    /// Over how many rows its error is a mean: all, but of a wrench those that are predicted, as a delay of a drive leaves a part of its
+    /// log without.
+    pub fn rows_that_count(&self) -> usize {
+        match self.channel {
+            Channel::Wrench => self.predicted.iter().flatten().count(),
+            _ => self.measured.len(),
+        }
+    }
+
     /// Axes on which anything was measured: of a joint's log one of six, of a load cell those that it has.
     fn measured_axes(&self) -> Vec<Axis> {
         let of_axis = |axis: &Axis| is_measured(self.measured.iter().map(|row| row[axis.index()]));
