@@ -312,7 +312,7 @@ fn a_friction_that_builds_up_over_centimetres_is_fitted_beyond_the_search() {
 #[test]
 fn a_servo_is_not_taken_apart_where_more_is_left_than_noise() {
     const SERVO: (f64, f64) = (8.6, 0.89);
-    let follows = |seconds: f64, phase: f64, seed: u64| {
+    let follows = |ripple: f64, seconds: f64, phase: f64, seed: u64| {
         let rig = OneAxis {
             cycle_s: 0.004,
             turns: false,
@@ -330,7 +330,7 @@ fn a_servo_is_not_taken_apart_where_more_is_left_than_noise() {
                 rate += step_s * (SERVO.0.powi(2) * (sent - y) - 2.0 * SERVO.1 * SERVO.0 * rate);
                 y += step_s * rate;
             }
-            let executed = y * (1.0 + 0.02 * (300.0 * x).sin());
+            let executed = y * (1.0 + ripple * (300.0 * x).sin());
             x += rig.cycle_s * executed;
             cycle.trace.sent_velocity[0] = sent;
             cycle.trace.executed_velocity[0] = executed;
@@ -340,13 +340,21 @@ fn a_servo_is_not_taken_apart_where_more_is_left_than_noise() {
     };
     let model = "[rig]\nactive_axes = [\"x\"]\n[noise]\nvelocity_m_s = 5e-5\nposition_m = 1e-7\n";
     let model = Model::from_toml(model, "model.toml").unwrap();
-    let (train, test) = (follows(20.0, 0.0, 1), follows(14.0, 31.0, 2));
-    let found = diagnose(&model, &[&train], &[&test], &|_, _| {}).unwrap();
-    let found = found.diagnosis;
-    assert_eq!(found.effects, ["second_order_servo"], "{}", found.sentence);
-    let hz = &found.parameters["second_order_servo"]["frequency_hz"];
-    // What depends on the position is 2 % of the motion.
-    assert!((hz.value / 1.369 - 1.0).abs() < 0.05, "{hz:?}");
+    for (ripple, is_left) in [(0.02, 0.0), (0.1, 0.02)] {
+        let [train, test] = [
+            follows(ripple, 20.0, 0.0, 1),
+            follows(ripple, 14.0, 31.0, 2),
+        ];
+        let found = diagnose(&model, &[&train], &[&test], &|_, _| {}).unwrap();
+        let (found, after) = (found.diagnosis, found.after);
+        assert_eq!(found.effects, ["second_order_servo"], "{}", found.sentence);
+        let hz = &found.parameters["second_order_servo"]["frequency_hz"];
+        assert!((hz.value / 1.369 - 1.0).abs() < 0.05, "{hz:?}");
+        assert!(found.remainder.share >= is_left, "{}", found.sentence);
+        let again = diagnose(&after, &[&train], &[&test], &|_, _| {}).unwrap();
+        let again = again.diagnosis;
+        assert_eq!(again.verdict, Verdict::NothingMissing, "{}", again.sentence);
+    }
 }
 
 /// A motor of 0.004 kg·m² and 0.07 N·m·s/rad starts under torques that never change in their logs; the speed is a mean over 50 ms. When

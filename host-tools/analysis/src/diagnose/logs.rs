@@ -90,6 +90,11 @@ impl Logs<Log> {
         each.is_some_and(|each| each.iter().all(|one| is_same_wrench(each[0], *one)))
     }
 
+    /// Whether a model of spacecraft ran in any.
+    pub(super) fn have_spacecraft(&self) -> bool {
+        self.all.iter().any(|log| log.has_spacecraft)
+    }
+
     /// Whether in none the load changes, though it may from log to log.
     pub(super) fn have_constant_loads(&self) -> bool {
         !self.all.iter().any(Log::wrench_changes)

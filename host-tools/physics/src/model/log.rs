@@ -43,6 +43,8 @@ pub struct Log {
     pub first: usize,
     /// A rig's controller was there: see [`Signals::is_of_a_rig`].
     pub of_a_rig: bool,
+    /// A model of spacecraft ran: see [`Signals::has_spacecraft`].
+    pub has_spacecraft: bool,
     /// Whole turns of the first pose about the axis of a machine that turns.
     pub whole_turns: i32,
     /// Where the log begins of which this is a stretch.
@@ -123,6 +125,7 @@ impl Log {
             velocity_sigma: signals.velocity_sigma(model),
             first: range.start,
             of_a_rig: signals.is_of_a_rig(),
+            has_spacecraft: signals.has_spacecraft(),
             whole_turns: signals.whole_turns_at(range.start),
             began: signals.began,
         })

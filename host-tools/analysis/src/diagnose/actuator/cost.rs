@@ -65,6 +65,8 @@ pub(crate) struct Cost<'a> {
     /// The logs.
     pub logs: Vec<LogCost<'a>>,
     nominal: [Chain; 6],
+    /// Without the effects that the model has.
+    bare: [Chain; 6],
     tolerance: ToleranceModel,
     /// Axes that move.
     pub active: [bool; 6],
@@ -261,13 +263,19 @@ impl<'a> Cost<'a> {
             Some(Reading::Mean) => model.clock_offset_s(),
             _ => 0.0,
         };
-        let nominal = std::array::from_fn(|axis| later(model.chain(axis), late_s));
+        let bare = Model {
+            effects: Vec::new(),
+            ..model.clone()
+        };
+        let [nominal, bare] = [model, &bare]
+            .map(|model| std::array::from_fn(|axis| later(model.chain(axis), late_s)));
         let both = logs.iter().zip(intervals_s);
         let mut cost = Self {
             logs: both
                 .map(|(log, intervals_s)| LogCost::new(log, intervals_s.clone(), &nominal, &active))
                 .collect(),
             nominal,
+            bare,
             tolerance: model.tolerance.clone(),
             active,
             normal: Default::default(),
@@ -380,6 +388,15 @@ impl<'a> Cost<'a> {
             term.stage.apply(&mut chain, &term.values);
         }
         chain
+    }
+
+    /// χ² that the effects of the model explain.
+    pub(crate) fn explained(&self) -> f64 {
+        let of = |chains: &[Chain; 6]| -> f64 {
+            let each = (0..6).map(|axis| self.of_axis(&chains[axis], axis).squares);
+            each.sum()
+        };
+        (of(&self.bare) - of(&self.nominal)).max(0.0)
     }
 
     /// Cost of one axis.

@@ -58,7 +58,8 @@ fn searched(cost: &Cost<'_>, ask: &Ask<'_>) -> Search {
     let first = singles.iter().find(|c| is_a_cause(c, cost));
     let mut best = first.cloned().unwrap_or_else(|| nominal.clone());
     let unfinished = |c: &Candidate| level(c.chi2, cost) > AT_NOISE;
-    let significant = |c: &Candidate| nominal.priced(cost) - c.priced(cost) > threshold(0.0);
+    let needed = threshold(cost.explained());
+    let significant = |c: &Candidate| nominal.priced(cost) - c.priced(cost) > needed;
     if unfinished(&best) && !ask.alone && singles.iter().any(significant) {
         best = climbed(best, &singles, &scopes, cost, ask);
         ask.watch.tell(|| best.trial(&nominal));
@@ -115,7 +116,8 @@ fn climbed(
     let better = |new: &Candidate, old: &Candidate| {
         let more = new.ids().len() > old.ids().len();
         let form = if more {
-            threshold(singles.first().map_or(0.0, |_| cost.of(&[]) - old.chi2)) - threshold(0.0)
+            let explained = singles.first().map_or(0.0, |_| cost.of(&[]) - old.chi2);
+            threshold(cost.explained() + explained) - threshold(0.0)
         } else {
             0.0
         };
@@ -204,7 +206,8 @@ fn pruned(found: Candidate, nominal: &Candidate, cost: &Cost<'_>) -> Option<Cand
         let each = each(&now, nominal, cost);
         let (id, evidence) = *each.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
         let others = nominal.chi2 - now.chi2 - evidence;
-        if evidence >= threshold(if each.len() > 1 { others } else { 0.0 }) {
+        let others = if each.len() > 1 { others } else { 0.0 };
+        if evidence >= threshold(cost.explained() + others) {
             return Some(now);
         }
         now = without(&now, id, nominal, cost);
@@ -250,7 +253,7 @@ fn apart_if_they_disagree(
     let own = (0..cost.logs.len()).into_par_iter().map(own);
     let (gains, terms): (Vec<f64>, Vec<Vec<Term>>) = own.unzip();
     let gain = gains.iter().sum::<f64>();
-    let explained = nominal.chi2 - candidate.chi2;
+    let explained = cost.explained() + nominal.chi2 - candidate.chi2;
     evidence::disagree(gain, explained, more, cost.count()).then_some(terms)
 }
 

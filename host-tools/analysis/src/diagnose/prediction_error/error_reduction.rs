@@ -2,6 +2,7 @@
 
 use super::for_prediction;
 use super::late_by_foretelling;
+use super::left_over::left_of_actuator;
 use super::reversal;
 use crate::diagnose::evidence::{FORETELLS, RISES};
 use crate::diagnose::logs::Logs;
@@ -52,6 +53,7 @@ impl ErrorReduction {
             done_without,
         } = Found::of(model, recordings, stages, question)?;
         let mut known = Known::new(model, recordings, found, stages.wrench.as_ref(), asked);
+        known.may_be_form = may_be_form(stages);
         let mut everything: Vec<usize> = (0..known.all.len()).collect();
         known.refit(&everything)?;
         let (undetermined, refused) = match asked {
@@ -195,6 +197,16 @@ struct Known<'a> {
     /// A shape that somebody asks for stands where a search ends: least squares may go on.
     at_an_end: bool,
     can_foretell: bool,
+    /// See [`may_be_form`].
+    may_be_form: bool,
+}
+
+/// Whether what a servo's effects explain may be an error of the form of others: on a machine that is no docking rig they leave
+/// structure in any case.
+fn may_be_form(stages: &Stages) -> bool {
+    let leaves = |found| left_of_actuator(found, stages, 1.0).is_structured();
+    let of_a_servo = stages.wrench.is_none() && !stages.logs.have_spacecraft();
+    of_a_servo && stages.actuator.as_ref().is_some_and(leaves)
 }
 
 impl<'a> Known<'a> {
@@ -217,6 +229,7 @@ impl<'a> Known<'a> {
             in_rounds: wrench.is_some_and(|w| !w.earlier.0.is_empty()),
             at_an_end: asked && found.iter().any(is_at_end),
             can_foretell: wrench.is_some_and(WrenchFinding::can_foretell),
+            may_be_form: false,
             found,
         }
     }
@@ -315,11 +328,15 @@ impl<'a> Known<'a> {
     }
 
     /// Takes effects away with which the error is larger, one at a time; and all, if it is larger with all of them together,
-    /// which may cancel each other.
+    /// which may cancel each other, or not much smaller where they may be errors of form.
     fn refuse(&mut self, effects: &mut Vec<usize>) -> anyhow::Result<Vec<(String, f64, f64)>> {
         let mut refused = Vec::new();
         let (none, all) = (self.levels(&[])?, self.levels(effects)?);
-        if all.test > RISES * none.test {
+        let factor = match self.may_be_form {
+            true => FORETELLS.recip(),
+            false => RISES,
+        };
+        if all.test > factor * none.test {
             let gone = std::mem::take(effects).into_iter();
             let gone = gone.map(|k| (self.all[k].effect.id.clone(), none.test, all.test));
             return Ok(gone.collect());

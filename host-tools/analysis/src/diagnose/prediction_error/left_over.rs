@@ -2,26 +2,45 @@
 
 use crate::diagnose::actuator::ActuatorFinding;
 use crate::diagnose::logs::Logs;
+use crate::diagnose::named::Named;
 use crate::diagnose::noise::structure::{Line, Structure};
-use crate::diagnose::stages::Stages;
+use crate::diagnose::stages::{Stages, predict_all};
+use crate::diagnose::wrench::finding::WrenchFinding;
 use crate::diagnose::wrench::left::{self, Left};
 use crate::levels::ChannelLevels;
+use softdock_io::recording::Recording;
 use softdock_physics::model::prediction::Prediction;
-use softdock_physics::model::{Axis, Channel};
+use softdock_physics::model::{Axis, Channel, Model};
 use softdock_statistics::{Noise, noise_floor, rms};
 
 /// Level of the model velocity over its digits that is no rounding any more.
 const DIGITS: f64 = 1.35;
 
-/// What is left of each channel; `refused`: ids of what was found and is not named, as unseen data or its intervals speak against it.
+/// What is left of each channel beside what is named; `refused`: ids of what was found and is not named, as unseen data or its intervals
+/// speak against it.
 pub(crate) fn left_over(
+    model: &Model,
+    recordings: &Logs<&Recording>,
     stages: &Stages,
     after: &Logs<Prediction>,
-    refused: &[&String],
-) -> Vec<Left> {
+    (named, refused): (&[&Named], &[&String]),
+) -> anyhow::Result<Vec<Left>> {
     let mut all = Vec::new();
+    // What stands where its search ends is something else that looks like it.
+    let is_at_end = |w: &WrenchFinding| {
+        named
+            .iter()
+            .any(|one| one.at_its_end(&w.prepared).is_some())
+    };
+    let of_a_machine =
+        !stages.logs.have_spacecraft() && !stages.wrench.as_ref().is_some_and(is_at_end);
     if let Some(found) = &stages.actuator {
-        all.push(left_of_actuator(found, stages));
+        let left = |known: f64| left_of_actuator(found, stages, known);
+        let explains = !named.is_empty() || !model.effects.is_empty();
+        all.push(match of_a_machine && explains {
+            true => left(explained_by_effects(model, recordings, stages)?).of_a_servo(),
+            false => left(1.0),
+        });
     }
     if let Some(found) = &stages.wrench {
         let accepted = found.found.accepted.clone().map(|mut accepted| {
@@ -40,7 +59,10 @@ pub(crate) fn left_over(
         if let Some(beside) = found.beside_remainder.as_ref().filter(|_| explains) {
             let smooth = &beside.remainder.of_logs;
             let both = left::of_wrench(&found.prepared, accepted, smooth);
-            left = left.beside(&beside.remainder, &both);
+            left = match of_a_machine {
+                true => left.of_a_machine(),
+                false => left.beside(&beside.remainder, &both),
+            };
         }
         all.push(left);
     }
@@ -48,10 +70,27 @@ pub(crate) fn left_over(
     if stages.clock.jitter.is_none() {
         all.push(left_of(Channel::Pose, stages, after));
     }
-    all
+    Ok(all)
 }
 
-fn left_of_actuator(found: &ActuatorFinding, stages: &Stages) -> Left {
+/// How many times as large the squared error of the velocity would be without the effects that the model has.
+fn explained_by_effects(
+    model: &Model,
+    recordings: &Logs<&Recording>,
+    stages: &Stages,
+) -> anyhow::Result<f64> {
+    let bare = Model {
+        effects: Vec::new(),
+        ..model.clone()
+    };
+    let level =
+        |predictions: &Logs<Prediction>| ChannelLevels::of(&predictions.all).executed_velocity;
+    let ratio = level(&predict_all(&bare, recordings)?) / level(&stages.before);
+    Ok((ratio * ratio).max(1.0)) // so for NaN
+}
+
+/// `known`: times the squared error that there is by which it was larger before the model had its effects.
+pub(super) fn left_of_actuator(found: &ActuatorFinding, stages: &Stages, known: f64) -> Left {
     let moving = |axis: &Axis| found.white.iter().all(|w| !w[axis.index()].is_empty());
     let axes = Axis::ALL
         .into_iter()
@@ -67,7 +106,7 @@ fn left_of_actuator(found: &ActuatorFinding, stages: &Stages) -> Left {
         })
         .collect();
     let (reached, nominal) = (found.search.reached(), found.search.nominal.chi2);
-    Left::of_velocities(axes, reached, nominal, found.count)
+    Left::of_velocities(axes, reached, known * nominal, found.count)
 }
 
 /// Structure of a channel that the stages do not whiten themselves.

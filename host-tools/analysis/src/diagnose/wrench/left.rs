@@ -18,6 +18,9 @@ const MODELLED: f64 = 0.05;
 /// The same where a smooth remainder describes all but [`DESCRIBED`] of it without any contact, whose own law it could
 /// be: what is named explains at least three times what stays without a name. Set by hand.
 const NAMELESS: f64 = 0.25;
+/// The same of a machine that is no docking rig: a model to start from knows nothing of it, so that its inertia, weight and friction are there
+/// before anybody asks, and what is named explains more than what stays without a name.
+const HALF: f64 = 0.5;
 /// Share of the error that effects and remainder together may leave then: what a drive's torque, late by some
 /// milliseconds, leaves of a swinging weight is a function of none of its quantities. Set by hand.
 const DESCRIBED: f64 = 0.1;
@@ -55,6 +58,23 @@ impl Left {
     ) -> Self {
         let excess = (squares - count as f64).max(0.0);
         Self::new(axes, excess / (excess + nominal - squares).max(1.0))
+    }
+
+    /// The same of the velocity of a servo that is no docking rig.
+    pub(crate) fn of_a_servo(self) -> Self {
+        Self {
+            allowed: MODELLED,
+            ..self
+        }
+    }
+
+    /// The same of a machine that is no docking rig, of a wrench beside a smooth remainder.
+    pub(crate) fn of_a_machine(self) -> Self {
+        Self {
+            allowed: HALF,
+            share: self.plain,
+            ..self
+        }
     }
 
     /// The same with effects that stand beside a smooth remainder; `left`: what both leave.
@@ -290,7 +310,9 @@ mod tests {
             share: 0.2,
             ..Left::default()
         };
-        let undescribed = left.beside(&remainder, &much);
+        let undescribed = left.clone().beside(&remainder, &much);
         assert_eq!((undescribed.share, undescribed.allowed), (0.27, MODELLED));
+        let of_a_machine = left.of_a_machine();
+        assert_eq!((of_a_machine.share, of_a_machine.allowed), (0.16, HALF));
     }
 }
