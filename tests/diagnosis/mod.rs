@@ -7,6 +7,7 @@ mod docking_mechanism;
 mod drive;
 mod each_log;
 mod free_simulation;
+mod free_swing;
 mod hidden_effects;
 mod import_checks;
 mod import_command;

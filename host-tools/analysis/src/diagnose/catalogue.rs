@@ -18,6 +18,11 @@ pub(crate) fn simplest(model: &Model, id: &str) -> Option<&'static str> {
     Some(simple.id)
 }
 
+/// Whether a catalogue entry is a mass or an inertia beside that of the model.
+pub(crate) fn is_of_the_tool(id: &str) -> bool {
+    by_id(id).is_some_and(|e| e.parameters.iter().any(|p| p.of_the_tool != 0.0))
+}
+
 /// Whether a catalogue entry is a curve that fits many mechanisms, and therefore no name.
 pub(crate) fn is_shape(id: &str) -> bool {
     by_id(id).is_some_and(|e| e.naming == Naming::Shape)

@@ -1,9 +1,9 @@
 //! What is asked of the stages.
 
-use super::catalogue::has;
+use super::catalogue::{has, is_of_the_tool};
 use super::watch::Watch;
 use super::wrench::{Smooth, Tested};
-use softdock_physics::model::Model;
+use softdock_physics::model::{Model, WrenchMeaning};
 use std::sync::Arc;
 
 /// What is asked of the stages.
@@ -48,12 +48,18 @@ impl Question<'_> {
         self.only == Some(id) || among.iter().any(|one| one == id)
     }
 
-    /// Whether an effect is tried for a model.
+    /// Whether an effect is tried for a model. Of a free swing the mass and the inertia are those of the model: all else is in proportion to
+    /// them.
     pub(super) fn tries(&self, model: &Model, id: &str) -> bool {
         let among = self
             .among
             .is_none_or(|among| among.iter().any(|one| one == id));
         let without = self.without.iter().any(|one| one == id);
-        !has(model, id) && among && !without && self.only.is_none_or(|only| only == id)
+        let of_unknown_size = model.sensor.wrench == WrenchMeaning::Free && is_of_the_tool(id);
+        !has(model, id)
+            && among
+            && !without
+            && !of_unknown_size
+            && self.only.is_none_or(|only| only == id)
     }
 }

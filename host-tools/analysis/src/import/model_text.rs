@@ -153,6 +153,7 @@ fn sensor(text: &mut String, sensor: &SensorModel) {
         WrenchMeaning::Measured => "measured",
         WrenchMeaning::Commanded => "commanded",
         WrenchMeaning::Unscaled => "unscaled",
+        WrenchMeaning::Free => "free",
     };
     add(
         text,
@@ -165,7 +166,8 @@ bias = {:?}  # reading without load: forces, torques
 gravity_m_s2 = {:?}  # in C
 # \"measured\": a sensor's reading, which may come late; also a measured motor current, with a negative scale.
 # \"commanded\": a motor's force, with reversed sign, which may act late. \"unscaled\": the same, from amperes,
-# volts or bar by a guess: its gain is looked for.
+# volts or bar by a guess: its gain is looked for. \"free\": nothing drives; effects are in proportion to the mass or
+# inertia in [tool], 1 if you do not know it.
 wrench = {wrench:?}
 # true: each row is a measurement of its own at rest, as the poses of a calibration are.
 at_rest = {}

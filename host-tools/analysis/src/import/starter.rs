@@ -27,7 +27,8 @@ fn to_fill_in(turns: bool) -> String {
 #          dynamic_compensation = true
 #   [sensor] gravity_m_s2   [0, 0, 0] on a horizontal axis; wrench = \"commanded\" for what a motor was told (force,
 #            voltage, duty), \"unscaled\" where its scale to newtons is a guess; a motor current that was
-#            measured may be late itself: leave \"measured\", with a negative scale in the mapping
+#            measured may be late itself: leave \"measured\", with a negative scale in the mapping; \"free\"
+#            where nothing drives: effects are then in proportion to the mass or inertia above (1 if you do not know it)
 #   [actuator], [[contact.walls]]   what is known of the drive and of what is touched
 #   [tolerance]          how well all of these are known
 # examples/model.toml has every key. [starter] in the mapping says some of this for every import.
@@ -61,12 +62,19 @@ pub struct Told {
 
 impl Told {
     fn apply(&self, model: &mut Model) {
+        let turns = model.bearing().is_some();
         let (tool, sensor) = (&mut model.tool, &mut model.sensor);
         sensor.wrench = self.wrench.unwrap_or(sensor.wrench);
         sensor.gravity_m_s2 = self.gravity_m_s2.unwrap_or(sensor.gravity_m_s2);
         tool.mass_kg = self.mass_kg.unwrap_or(tool.mass_kg);
         // What drives a motion accelerates all that moves.
         tool.dynamic_compensation |= self.mass_kg.is_some() || sensor.wrench.drives();
+        if sensor.wrench == WrenchMeaning::Free {
+            let unknown = if turns { 0.0 } else { 1.0 };
+            tool.mass_kg = self.mass_kg.unwrap_or(unknown);
+            tool.inertia_kg_m2 =
+                std::array::from_fn(|i| std::array::from_fn(|k| f64::from(u8::from(i == k))));
+        }
     }
 }
 
@@ -138,6 +146,7 @@ pub fn starter(
 /// none.
 fn set_noise(model: &mut Model, seen: &[Seen], before: &[NoiseFloors], rows: usize) -> Vec<String> {
     let mut guessed = Vec::new();
+    let is_free = model.sensor.wrench == WrenchMeaning::Free;
     let usual = |of: &dyn Fn(&NoiseFloors) -> Option<f64>| {
         let shown = median(seen.iter().map(|log| of(&log.floors)));
         [shown, median(before.iter().map(of))]
@@ -146,7 +155,12 @@ fn set_noise(model: &mut Model, seen: &[Seen], before: &[NoiseFloors], rows: usi
             .reduce(f64::min)
     };
     let [force, torque] = [(0, "force_n", "N"), (1, "torque_n_m", "N·m")].map(|(kind, key, unit)| {
-        let largest = seen.iter().map(|log| log.largest[kind]).fold(0.0, f64::max);
+        // Of a free swing the load is what the acceleration takes.
+        let load = |log: &Seen| match is_free {
+            true => [model.tool.mass_kg, 1.0][kind] * log.fastest[kind],
+            false => log.largest[kind],
+        };
+        let largest = seen.iter().map(load).fold(0.0, f64::max);
         let floor = usual(&|floors| floors.wrench[kind]);
         let is_noise = |floor: &f64| {
             // Noise of that size would have read more: what jumps from row to row is an input.
@@ -202,6 +216,8 @@ struct Seen {
     moving: [bool; 6],
     floors: NoiseFloors,
     largest: [f64; 2],
+    /// Largest acceleration of the translations and of the rotations, noise of the velocity included.
+    fastest: [f64; 2],
     acceleration: Option<f64>,
 }
 
@@ -252,6 +268,7 @@ impl Seen {
                 ),
             },
             largest: largest(cycles, &wrench),
+            fastest: fastest(cycles, signals.cycle_s),
             acceleration: acceleration(cycles, signals.cycle_s),
         })
     }
@@ -265,6 +282,21 @@ fn places(cycles: &[CycleRecord]) -> Vec<[f64; 6]> {
         [x, y, z, turned.x, turned.y, turned.z]
     };
     cycles.iter().zip(turned).map(place).collect()
+}
+
+/// Largest change of a velocity from row to row, per second.
+fn fastest(cycles: &[CycleRecord], cycle_s: f64) -> [f64; 2] {
+    let change = |pair: &[CycleRecord], axis: usize| {
+        let [before, now] = [0, 1].map(|n: usize| pair[n].trace.executed_velocity[axis]);
+        (now - before).abs() / cycle_s
+    };
+    let of = |axes: std::ops::Range<usize>| {
+        let each = cycles
+            .windows(2)
+            .flat_map(|pair| axes.clone().map(move |axis| change(pair, axis)));
+        each.filter(|a| a.is_finite()).fold(0.0, f64::max)
+    };
+    [of(0..3), of(3..6)]
 }
 
 /// Root mean square of the acceleration of the three translations from row to row, noise of the velocity included, m/s²; None

@@ -43,6 +43,8 @@ pub struct Log {
     pub first: usize,
     /// A rig's controller was there: see [`Signals::is_of_a_rig`].
     pub of_a_rig: bool,
+    /// Axes about or along which what moves swings freely, so that a wrench of zero is one.
+    free: [bool; 6],
     /// A model of spacecraft ran: see [`Signals::has_spacecraft`].
     pub has_spacecraft: bool,
     /// Whole turns of the first pose about the axis of a machine that turns.
@@ -125,6 +127,7 @@ impl Log {
             velocity_sigma: signals.velocity_sigma(model),
             first: range.start,
             of_a_rig: signals.is_of_a_rig(),
+            free: model.free_axes(),
             has_spacecraft: signals.has_spacecraft(),
             whole_turns: signals.whole_turns_at(range.start),
             began: signals.began,
@@ -146,8 +149,9 @@ impl Log {
 
     /// Axes on which the wrench was measured.
     pub fn measured(&self) -> [bool; 6] {
-        let of_axis = |series: &Vec<f64>| is_measured(series.iter().copied());
-        self.wrench.each_ref().map(of_axis)
+        std::array::from_fn(|axis| {
+            self.free[axis] || is_measured(self.wrench[axis].iter().copied())
+        })
     }
 
     /// Whether the wrench is not the same in all rows.

@@ -78,6 +78,17 @@ impl Model {
         }
     }
 
+    /// Axes about or along which what moves swings freely, under a wrench of zero.
+    pub fn free_axes(&self) -> [bool; 6] {
+        let is_free = self.sensor.wrench == WrenchMeaning::Free;
+        let mut free = [false; 6];
+        self.rig
+            .active_axes
+            .iter()
+            .for_each(|axis| free[axis.index()] = is_free);
+        free
+    }
+
     /// Nominal moment of inertia about what the bearing turns about, kg·m²; 0 without a bearing.
     pub fn inertia_about_bearing(&self) -> f64 {
         let Some(axis) = self.bearing() else {

@@ -115,12 +115,19 @@ pub enum WrenchMeaning {
     Commanded,
     /// The same, of which the scale to newtons is a guess (amperes, volts, bar): its gain is looked for.
     Unscaled,
+    /// None: what moves swings freely. The amounts of effects are those beside the mass or the moment of inertia that the model has.
+    Free,
 }
 
 impl WrenchMeaning {
     /// Whether the motion follows it, and not it the motion.
     pub fn drives(self) -> bool {
         self != Self::Measured
+    }
+
+    /// Whether a drive was told it.
+    pub fn is_told(self) -> bool {
+        matches!(self, Self::Commanded | Self::Unscaled)
     }
 }
 

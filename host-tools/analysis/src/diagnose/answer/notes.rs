@@ -19,7 +19,7 @@ use crate::diagnose::wrench::{Disagreement, PreparedLog, Ripple};
 use softdock_physics::effects::CATALOGUE;
 use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::load::{Column, Scene};
-use softdock_physics::model::{Channel, EffectModel, Model};
+use softdock_physics::model::{Channel, EffectModel, Model, WrenchMeaning};
 use softdock_report::number;
 use softdock_statistics::dot;
 
@@ -78,7 +78,8 @@ impl Answer<'_> {
     fn of_logs(&self, in_sample: bool) -> Vec<String> {
         let Self { model, stages, .. } = self;
         let mut notes: Vec<String> = untested(stages).map(str::to_owned).collect();
-        if stages.wrench.is_some() && !model.sensor.at_rest && stages.logs.have_constant_loads() {
+        let is_loaded = !model.sensor.at_rest && model.sensor.wrench != WrenchMeaning::Free;
+        if stages.wrench.is_some() && is_loaded && stages.logs.have_constant_loads() {
             notes.push(
                 "When the load was told is not tested: it is the same from beginning to end of each log.".to_owned(),
             );

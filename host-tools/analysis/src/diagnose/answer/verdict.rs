@@ -117,7 +117,7 @@ fn untestable(stages: &Stages, stands_still: bool) -> &'static str {
                 forward says how right they are.";
     }
     "The logs cannot say what is missing: they hold neither commanded velocities, nor a wrench, nor velocities of the model of the \
-     spacecraft."
+     spacecraft. What swings freely has a wrench of zero: import it with wrench = \"free\" in [starter] of the mapping."
 }
 
 /// Whether nothing moves. Readings at rest show a zero that is off and a drift, and nothing else.

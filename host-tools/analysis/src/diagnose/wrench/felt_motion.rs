@@ -83,7 +83,7 @@ pub(crate) fn wrench_stage(
     question: &Question<'_>,
 ) -> Option<WrenchFinding> {
     let logs = motion.logs;
-    let measured = |log: &Log| log.wrench.iter().flatten().any(|v| *v != 0.0);
+    let measured = |log: &Log| log.measured().contains(&true);
     let tells = question.is_asked() || !logs.have_one_load();
     if !tells || !logs.all.iter().all(measured) {
         return None;

@@ -36,14 +36,14 @@ use super::checks::{self, Context as CheckContext};
 use super::starter::{Filtered, NoiseFloors, Told};
 use super::turns::{self, Turning};
 use anyhow::{Context, bail, ensure};
-use channels::Rotation;
+use channels::{Channels, Rotation};
 use file::{Mapping, Part, Split};
 use nalgebra::UnitQuaternion;
 use softdock_app::record::CycleRecord;
 use softdock_control::frames;
 use softdock_io::input;
 use softdock_io::recording::{Beginning, Header, Recording};
-use softdock_physics::model::Model;
+use softdock_physics::model::{Model, WrenchMeaning};
 use source::Source;
 use std::path::Path;
 
@@ -127,6 +127,16 @@ pub fn import_at_least(
         test,
         warnings,
     })
+}
+
+/// Gives a free swing its wrench, which is zero.
+fn swings_freely(channels: &mut Channels) -> anyhow::Result<()> {
+    ensure!(
+        channels.wrench.is_none(),
+        "`wrench = \"free\"` says that nothing drives what moves: expected no [wrench], or another `wrench`"
+    );
+    channels.wrench = Some([(); 6].map(|()| vec![0.0; channels.len()]));
+    Ok(())
 }
 
 /// A model file, and its text as the user wrote it.
@@ -311,6 +321,9 @@ impl Importer<'_> {
         let shaped = || -> anyhow::Result<_> {
             let rows = mapping.rows.of(part);
             let mut channels = read::read(mapping, rows, source, &mut self.warnings)?;
+            if self.is_free() {
+                swings_freely(&mut channels)?;
+            }
             if let Some(kept) = mapping.time.duplicates {
                 stamps::without_duplicates(&mut channels, kept, &said, &mut self.warnings);
             }
@@ -345,6 +358,13 @@ impl Importer<'_> {
     /// Each row is a measurement of its own.
     fn at_rest(&self) -> bool {
         self.model.is_some_and(|model| model.sensor.at_rest)
+    }
+
+    /// Whether nothing drives what moves.
+    fn is_free(&self) -> bool {
+        let told = self.mapping.starter.as_ref().and_then(|told| told.wrench);
+        let wrench = self.model.map(|model| model.sensor.wrench).or(told);
+        wrench == Some(WrenchMeaning::Free)
     }
 
     /// Orientation of the sensor in M by the model.

@@ -30,7 +30,7 @@ pub(super) fn acts(scene: &Scene, effect: &Effect) -> bool {
         Law::Apart(_) => live(WrenchMeaning::Measured) && !scene.of_a_rig && scene.wrench_changes,
         Law::Actuator(Actuator { late, .. }) => {
             let is_seen = late.is_none() || scene.wrench_changes;
-            sensor.wrench.drives() && !sensor.at_rest && is_seen
+            sensor.wrench.is_told() && !sensor.at_rest && is_seen
         }
         Law::Drive(_) => live(WrenchMeaning::Unscaled),
         Law::Formula(_) => !sensor.at_rest,
