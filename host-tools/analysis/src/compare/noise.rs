@@ -72,7 +72,8 @@ pub(super) fn of_axes(source: &Source<'_>) -> Vec<NoiseLevel> {
                 _ => values.sigma[i],
             };
             let measured: Vec<f64> = fresh(source, channel, i);
-            let step = resolution(&measured);
+            let is_told = channel == Channel::Wrench && source.model.sensor.wrench.drives();
+            let step = resolution(&measured).filter(|_| !is_told);
             if let Some(measured) = noise_floor(&measured, kind, filter) {
                 let ratio = measured / data_sheet;
                 let step = step.filter(|step| *step > COARSE * data_sheet);

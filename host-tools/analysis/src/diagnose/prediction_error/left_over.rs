@@ -5,10 +5,10 @@ use crate::diagnose::logs::Logs;
 use crate::diagnose::named::Named;
 use crate::diagnose::noise::structure::{Line, Structure};
 use crate::diagnose::stages::{Stages, predict_all};
-use crate::diagnose::wrench::finding::WrenchFinding;
 use crate::diagnose::wrench::left::{self, Left};
 use crate::levels::ChannelLevels;
 use softdock_io::recording::Recording;
+use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::prediction::Prediction;
 use softdock_physics::model::{Axis, Channel, Model};
 use softdock_statistics::{Noise, noise_floor, rms};
@@ -26,14 +26,15 @@ pub(crate) fn left_over(
     (named, refused): (&[&Named], &[&String]),
 ) -> anyhow::Result<Vec<Left>> {
     let mut all = Vec::new();
-    // What stands where its search ends is something else that looks like it.
-    let is_at_end = |w: &WrenchFinding| {
-        named
-            .iter()
-            .any(|one| one.at_its_end(&w.prepared).is_some())
+    // What stands where its search ends is something else that looks like it; above all what is later.
+    let is_at_end = |one: &&&Named| {
+        let wrench = stages.wrench.as_ref();
+        wrench.is_some_and(|w| one.at_its_end(&w.prepared).is_some())
     };
-    let of_a_machine =
-        !stages.logs.have_spacecraft() && !stages.wrench.as_ref().is_some_and(is_at_end);
+    let at_end: Vec<&&Named> = named.iter().filter(is_at_end).collect();
+    let is_late = |id: &str| LoadEffect::find(model, id).is_some_and(LoadEffect::is_late);
+    let is_later = at_end.iter().any(|one| is_late(&one.effect.id));
+    let of_a_machine = !stages.logs.have_spacecraft() && at_end.is_empty();
     if let Some(found) = &stages.actuator {
         let left = |known: f64| left_of_actuator(found, stages, known);
         let explains = !named.is_empty() || !model.effects.is_empty();
@@ -59,9 +60,10 @@ pub(crate) fn left_over(
         if let Some(beside) = found.beside_remainder.as_ref().filter(|_| explains) {
             let smooth = &beside.remainder.of_logs;
             let both = left::of_wrench(&found.prepared, accepted, smooth);
-            left = match of_a_machine {
-                true => left.of_a_machine(),
-                false => left.beside(&beside.remainder, &both),
+            left = match (of_a_machine, is_later) {
+                (_, true) => left,
+                (true, _) => left.of_a_machine(),
+                (false, _) => left.beside(&beside.remainder, &both),
             };
         }
         all.push(left);
