@@ -1,13 +1,14 @@
 //! A robot's joint that turns up and down: what only a bearing has, named beside its friction.
 
 use softdock_analysis::add::{add_effect, add_effects, model_after, useless};
+use softdock_analysis::compare::{ChannelError, compare};
 use softdock_analysis::diagnose::{Diagnosis, Verdict, diagnose};
 use softdock_analysis::fit::Logs;
 use softdock_analysis::fit::judged::Judged;
 use softdock_analysis::fit::record::Names;
 use softdock_io::recording::Recording;
 use softdock_physics::model::prediction::predict;
-use softdock_physics::model::{Channel, Model};
+use softdock_physics::model::{Axis, Channel, Model};
 use softdock_tests::one_axis::OneAxis;
 
 /// Moment of inertia, kg·m², of which the model knows 0.35.
@@ -460,8 +461,13 @@ fn an_angle_that_comes_late_is_found_where_the_torque_was_measured() {
 /// Of the last command nobody knows what came of it, nor of the last one before a gap.
 #[test]
 fn nothing_is_predicted_whose_motion_is_behind_the_end_of_the_log() {
-    let late = "\n[[effect]]\nid = \"actuation_delay\"\nparameters = { extra_delay_s = 0.014 }\n";
-    let model = Model::from_toml(&format!("{MODEL}{late}"), "model.toml").unwrap();
+    let late = |delay_s: f64| {
+        let effect = format!(
+            "\n[[effect]]\nid = \"actuation_delay\"\nparameters = {{ extra_delay_s = {delay_s} }}\n"
+        );
+        Model::from_toml(&format!("{MODEL}{effect}"), "model.toml").unwrap()
+    };
+    let model = late(0.014);
     let mut log = log(2.0, 0.0, 5, none);
     let gap = 250;
     log.cycles.drain(gap..gap + 50);
@@ -474,6 +480,23 @@ fn nothing_is_predicted_whose_motion_is_behind_the_end_of_the_log() {
         assert!(predicted[known..end].iter().all(Option::is_none));
     }
     assert!(predicted[gap + 2].is_some());
+
+    // The error is that of the rows that are predicted, be they few, and not that of the others, which have none.
+    let wrench = |delay_s: f64| {
+        let comparison = compare(&late(delay_s), &log).unwrap();
+        let of_wrench = |c: &&ChannelError| c.name == Channel::Wrench;
+        let error = comparison.channels.iter().find(of_wrench).unwrap().rms;
+        (error, comparison.sentence)
+    };
+    let series = prediction.channel(Channel::Wrench);
+    let residuals: Vec<f64> = (0..predicted.len())
+        .filter_map(|n| series.residual(n, Axis::Rx))
+        .collect();
+    let squares: f64 = residuals.iter().map(|r| r * r).sum();
+    let expected = (squares / residuals.len() as f64).sqrt();
+    assert!((wrench(0.014).0 / expected - 1.0).abs() < 1e-9);
+    let (_, said) = wrench(3.0);
+    assert!(said.contains("Nothing of wrench rx is predicted"), "{said}");
 }
 
 /// A short run in which the link hangs elsewhere, beside a gear that no law describes: the common answer fits the long run and

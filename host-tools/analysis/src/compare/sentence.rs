@@ -109,6 +109,13 @@ fn at_noise(errors: &[AxisError]) -> String {
                 sensor sample."
             .to_owned();
     }
+    let is_lost = |e: &&AxisError| e.channel == Channel::Wrench && e.overall().count == 0;
+    if let Some(lost) = errors.iter().find(is_lost) {
+        return format!(
+            "Nothing of {} {} is predicted: what the model has of it comes later than the stretches of this log are long.",
+            lost.channel, lost.axis
+        );
+    }
     let worst = errors
         .iter()
         .max_by(|a, b| a.overall().rms().total_cmp(&b.overall().rms()));

@@ -305,3 +305,36 @@ fn all_rows(log: usize, prediction: &Prediction, every: usize) -> Vec<Row> {
     }
     rows
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of each log and channel apart; one of which nothing is predicted has no error.
+    #[test]
+    fn lost_rows_count_as_those_that_are_left() {
+        let row = |log, channel| Row {
+            log,
+            channel,
+            axis: Axis::Rx,
+            cycle: 0,
+            sigma: 1.0,
+        };
+        let rows: Vec<Row> = [
+            (0, Channel::Wrench),
+            (0, Channel::Pose),
+            (1, Channel::Wrench),
+        ]
+        .into_iter()
+        .flat_map(|(log, channel)| (0..4).map(move |_| row(log, channel)))
+        .collect();
+        let known = [
+            [Some(3.0), None, None, None],
+            [Some(1.0), Some(-1.0), Some(1.0), Some(1.0)],
+            [None, None, None, None],
+        ];
+        let found = in_place_of_lost(&rows, known.into_iter().flatten().collect());
+        let expected = [6.0, 0.0, 0.0, 0.0, 1.0, -1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0];
+        assert_eq!(found, expected);
+    }
+}
