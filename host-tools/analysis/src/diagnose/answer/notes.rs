@@ -187,10 +187,15 @@ impl Answer<'_> {
                 .unwrap_or("a friction that turns round over a speed");
             format!("{id} is not named: {with} foretells unseen data better without it.")
         });
-        let refused = reduction.refused.iter().map(|(id, without, with)| {
+        let refused = reduction.refused.iter().map(|(ids, without, with)| {
+            let (are, them) = match ids.len() {
+                1 => ("is", "it"),
+                _ => ("are", "them together"),
+            };
             format!(
-                "{id} is not named: with it the error on unseen data goes from {without:.2} to {with:.2}; something of \
-                 another form is there."
+                "{} {are} not named: with {them} the error on unseen data goes from {without:.2} to {with:.2}; something of \
+                 another form is there.",
+                listed(ids)
             )
         });
         curves

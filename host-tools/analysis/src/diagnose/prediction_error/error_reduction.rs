@@ -25,8 +25,8 @@ pub(crate) struct ErrorReduction {
     pub named: Vec<(Named, f64)>,
     /// The error with none, one, two ... of them.
     pub steps: Vec<Step>,
-    /// Effects that are not named, as the error is larger with them, and the error on unseen data without and with them.
-    pub refused: Vec<(String, f64, f64)>,
+    /// Effects that are not named, as the error is larger with them together, and the error on unseen data without and with them.
+    pub refused: Vec<(Vec<String>, f64, f64)>,
     /// Error on unseen data with the parameters of the search and with those of least squares, if these were taken.
     pub refitted: Option<[f64; 2]>,
     /// What moves the reading in time and was found by what it foretells.
@@ -329,7 +329,7 @@ impl<'a> Known<'a> {
 
     /// Takes effects away with which the error is larger, one at a time; and all, if it is larger with all of them together,
     /// which may cancel each other, or not much smaller where they may be errors of form.
-    fn refuse(&mut self, effects: &mut Vec<usize>) -> anyhow::Result<Vec<(String, f64, f64)>> {
+    fn refuse(&mut self, effects: &mut Vec<usize>) -> anyhow::Result<Vec<(Vec<String>, f64, f64)>> {
         let mut refused = Vec::new();
         let (none, all) = (self.levels(&[])?, self.levels(effects)?);
         let factor = match self.may_be_form {
@@ -338,8 +338,12 @@ impl<'a> Known<'a> {
         };
         if all.test > factor * none.test {
             let gone = std::mem::take(effects).into_iter();
-            let gone = gone.map(|k| (self.all[k].effect.id.clone(), none.test, all.test));
-            return Ok(gone.collect());
+            let gone: Vec<String> = gone.map(|k| self.all[k].effect.id.clone()).collect();
+            let is_any = !gone.is_empty();
+            return Ok(is_any
+                .then_some((gone, none.test, all.test))
+                .into_iter()
+                .collect());
         }
         loop {
             let with = self.levels(effects)?.test;
@@ -353,7 +357,7 @@ impl<'a> Known<'a> {
             let Some((k, less)) = worst else {
                 return Ok(refused);
             };
-            refused.push((self.all[k].effect.id.clone(), less, with));
+            refused.push((vec![self.all[k].effect.id.clone()], less, with));
             *effects = without(effects, k);
             self.refit(effects)?;
         }

@@ -55,7 +55,7 @@ pub(super) fn check(recording: &Recording, context: &Context<'_>, warnings: &mut
         return;
     };
     for axis in Axis::ALL {
-        let hint = constant(&signals, axis);
+        let hint = constant(&signals, axis).filter(|_| context.imports);
         warnings.extend(hint.map(|hint| format!("{}: {hint}", context.name)));
         let parallel = |c: &CycleRecord| is_parallel(&c.trace.pose[3..], axis);
         if !recording.cycles.iter().all(parallel) {
