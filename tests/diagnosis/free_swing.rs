@@ -81,6 +81,28 @@ fn the_angle_of_a_pendulum_says_what_it_has_by_its_inertia() {
     );
 }
 
+/// The noise that a model to start from has is a guess by the largest load, which a gap makes no larger.
+#[test]
+fn a_gap_of_a_swing_is_no_acceleration() {
+    let noise = |skipped: std::ops::Range<usize>| {
+        let whole = swing(1.3, 1);
+        let rows = whole.lines().enumerate();
+        let rows = rows.filter(|(n, _)| !skipped.contains(n));
+        let text = rows.map(|(_, row)| format!("{row}\n")).collect();
+        let files = [("a.csv", text), ("b.csv", swing(-0.9, 2))];
+        let logs = imported("free_swing_gap", MAPPING, &files).unwrap();
+        let text = starter(&logs.train, logs.filtered.as_ref(), &logs.told)
+            .unwrap()
+            .text;
+        Model::from_toml(&text, "model.toml")
+            .unwrap()
+            .noise
+            .torque_n_m
+    };
+    let [whole, with_gap] = [noise(0..0), noise(300..354)];
+    assert!((with_gap / whole - 1.0).abs() < 0.1, "{whole} {with_gap}");
+}
+
 #[test]
 fn what_swings_freely_has_no_force() {
     let mapping = format!("{MAPPING}\n    wrench = {{ tx = \"angle\" }}");

@@ -23,48 +23,16 @@ pub struct ChannelLevels {
 impl ChannelLevels {
     /// Error per channel of several logs together.
     pub fn of(predictions: &[Prediction]) -> Self {
-        let all: Vec<(f64, Self)> = predictions
-            .iter()
-            .map(|p| (p.time_s.len() as f64, Self::of_one(p)))
-            .collect();
-        let cycles: f64 = all.iter().map(|(n, _)| n).sum();
-        let mean = |of: &dyn Fn(&Self) -> f64| {
-            let squares: f64 = all.iter().map(|(n, level)| n * of(level).powi(2)).sum();
-            (squares / cycles.max(1.0)).sqrt()
-        };
-        Self {
-            executed_velocity: mean(&|l| l.executed_velocity),
-            wrench: mean(&|l| l.wrench),
-            model_velocity: mean(&|l| l.model_velocity),
-            pose: mean(&|l| l.pose),
-        }
-    }
-
-    /// Error per channel as docking-rig-log/1 sums it up: all cycles, and of the pose its translations; of a wrench those that are
-    /// predicted, of which a delay may leave a part of the log.
-    /// What the digits of a log make of the model's velocity, which has no other noise, is no error.
-    fn of_one(prediction: &Prediction) -> Self {
-        let level = |channel: Channel| -> f64 {
-            let series = prediction.channel(channel);
-            let judged = prediction.judged(channel).iter();
-            let axes: Vec<&Axis> = judged
-                .filter(|a| !(channel == Channel::Pose && a.is_rotation()))
-                .collect();
-            let count = axes.len() * series.rows_that_count();
-            let mut sum = 0.0;
-            for axis in axes {
-                let sigma = series.sigma[axis.index()];
-                let digits = match channel {
-                    Channel::ModelVelocity => variance_of_digits(series, *axis),
-                    _ => 0.0,
-                };
-                for n in 0..prediction.time_s.len() {
-                    let residual = series.residual(n, *axis).unwrap_or(0.0);
-                    let by_digits = if residual == 0.0 { 0.0 } else { digits };
-                    sum += (residual * residual - by_digits) / (sigma * sigma);
-                }
+        let level = |channel: Channel| {
+            let each = predictions.iter().map(|p| sum_of_squares(p, channel));
+            let add = |all: (f64, usize), one: (f64, usize)| (all.0 + one.0, all.1 + one.1);
+            let (squares, count) = each.fold((0.0, 0), add);
+            // Where nothing is predicted of what is judged there is no error to give.
+            let is_judged = predictions.iter().any(|p| !p.judged(channel).is_empty());
+            match (count, is_judged) {
+                (0, true) if channel == Channel::Wrench => f64::NAN,
+                _ => (squares / count.max(1) as f64).sqrt(),
             }
-            (sum.max(0.0) / count.max(1) as f64).sqrt()
         };
         Self {
             executed_velocity: level(Channel::ExecutedVelocity),
@@ -121,6 +89,32 @@ pub fn error(model: &Model, recordings: &[&Recording]) -> anyhow::Result<f64> {
     let predictions = recordings.iter().map(|recording| predict(model, recording));
     let predictions = predictions.collect::<anyhow::Result<Vec<_>>>()?;
     Ok(ChannelLevels::of(&predictions).rms())
+}
+
+/// Sum of squares over noise of a channel, and of how many values, as docking-rig-log/1 counts them: all cycles, of a wrench those that are
+/// predicted, of the pose its translations. What the digits of a log make of the model's velocity, which has no other noise, is no
+/// error.
+fn sum_of_squares(prediction: &Prediction, channel: Channel) -> (f64, usize) {
+    let series = prediction.channel(channel);
+    let judged = prediction.judged(channel).iter();
+    let axes: Vec<&Axis> = judged
+        .filter(|a| !(channel == Channel::Pose && a.is_rotation()))
+        .collect();
+    let count = axes.len() * series.rows_that_count();
+    let mut sum = 0.0;
+    for axis in axes {
+        let sigma = series.sigma[axis.index()];
+        let digits = match channel {
+            Channel::ModelVelocity => variance_of_digits(series, *axis),
+            _ => 0.0,
+        };
+        for n in 0..prediction.time_s.len() {
+            let residual = series.residual(n, *axis).unwrap_or(0.0);
+            let by_digits = if residual == 0.0 { 0.0 } else { digits };
+            sum += (residual * residual - by_digits) / (sigma * sigma);
+        }
+    }
+    (sum.max(0.0), count)
 }
 
 /// Variance of the difference of two values that are rounded to the digits of a log.

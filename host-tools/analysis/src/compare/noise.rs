@@ -64,6 +64,10 @@ pub(super) fn of_axes(source: &Source<'_>) -> Vec<NoiseLevel> {
         } else {
             Noise::White
         };
+        // What drives a motion, or is zero, came from no sensor.
+        if channel == Channel::Wrench && source.model.sensor.wrench.drives() {
+            continue;
+        }
         for axis in source.prediction.judged(channel) {
             let i = axis.index();
             let data_sheet = match (channel, axis.is_rotation()) {
@@ -72,8 +76,7 @@ pub(super) fn of_axes(source: &Source<'_>) -> Vec<NoiseLevel> {
                 _ => values.sigma[i],
             };
             let measured: Vec<f64> = fresh(source, channel, i);
-            let is_told = channel == Channel::Wrench && source.model.sensor.wrench.drives();
-            let step = resolution(&measured).filter(|_| !is_told);
+            let step = resolution(&measured);
             if let Some(measured) = noise_floor(&measured, kind, filter) {
                 let ratio = measured / data_sheet;
                 let step = step.filter(|step| *step > COARSE * data_sheet);

@@ -97,7 +97,7 @@ impl Logs<Log> {
 
     /// Whether in none the load changes, though it may from log to log.
     pub(super) fn have_constant_loads(&self) -> bool {
-        !self.all.iter().any(Log::wrench_changes)
+        !self.all.iter().any(|log| log.wrench_changes)
     }
 
     /// Whether each has an origin of its own: effects that act by position have other amounts in each, then.

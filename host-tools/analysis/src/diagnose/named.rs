@@ -195,7 +195,11 @@ impl Named {
             let is_shape = matches!(parameter.role, Role::Shape(_));
             let [least, most] = effect.searched(parameter, joint.pace());
             let value = estimate.value;
-            let end = match value > 0.0 && value <= least / END {
+            let is_least = match least < 0.0 {
+                true => value <= END * least,
+                false => value > 0.0 && value <= least / END,
+            };
+            let end = match is_least {
                 true => Some(least),
                 false => (value >= END * most).then_some(most),
             };

@@ -36,8 +36,10 @@ use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 use softdock_physics::model::edit::rounded;
 use softdock_physics::model::load::effects::latest_s;
+use softdock_physics::model::log::stretches;
 use softdock_physics::model::prediction::signals::Signals;
 use softdock_statistics::DEVIATIONS_95;
+use std::ops::Range;
 
 /// Why a file keeps its value: the rig's controller has a copy of it, with which it computes the
 /// model velocity; an error of it is an effect of its own, such as `tool_mass_error`.
@@ -157,8 +159,7 @@ fn fitted(
     let signals = signals.collect::<anyhow::Result<Vec<_>>>()?;
     let mut free = parameter::all(model);
     free.retain(those);
-    let lengths_s = signals.iter().map(|log| log.len() as f64 * log.cycle_s);
-    let latest_s = latest_s(lengths_s.fold(f64::INFINITY, f64::min));
+    let latest_s = latest_s(signals.iter().map(longest_s).fold(f64::INFINITY, f64::min));
     free.iter_mut()
         .for_each(|one| one.no_later_than(latest_s, model));
     ensure!(
@@ -192,6 +193,12 @@ fn fitted(
         solution,
         believed: residuals.believed,
     })
+}
+
+/// Duration of the longest stretch of a log without gaps, s.
+fn longest_s(signals: &Signals<'_>) -> f64 {
+    let longest = stretches(signals).iter().map(Range::len).max();
+    longest.unwrap_or_default() as f64 * signals.cycle_s
 }
 
 /// Takes what is in doubt out of the fit, and its value out of the values from which that goes on.

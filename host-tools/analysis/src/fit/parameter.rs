@@ -213,16 +213,15 @@ impl Parameter {
         )
     }
 
-    /// Keeps what moves all that loads the sensor in time within so much, s, or within its own value.
+    /// Keeps a delay behind which a load is told within so much, s, or within its own value: what is later leaves too little of a log.
     pub(super) fn no_later_than(&mut self, latest_s: f64, model: &Model) {
         let ParameterId::Effect(k, _) = self.id else {
             return;
         };
         let effect = model.effects.get(k);
         let effect = effect.and_then(|effect| LoadEffect::find(model, &effect.id));
-        if effect.is_some_and(LoadEffect::is_late) {
-            let most = latest_s.max(self.value.abs());
-            (self.low, self.high) = (self.low.max(-most), self.high.min(most));
+        if model.sensor.wrench.is_told() && effect.is_some_and(LoadEffect::is_a_delay) {
+            self.high = self.high.min(latest_s.max(self.value));
         }
     }
 
@@ -245,5 +244,33 @@ fn body_of(model: &mut Model, spacecraft: Spacecraft) -> &mut BodyModel {
     match spacecraft {
         Spacecraft::K => &mut model.bodies.k,
         Spacecraft::Q => &mut model.bodies.q,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The ends of the ranges of a lag of 0.5 s and a delay of 20 ms, s, where a quarter of the shortest stretch is 0.3 s.
+    #[test]
+    fn a_delay_leaves_most_of_a_log_and_a_lag_all_of_it() {
+        for (wrench, lag_s, delay_s) in [("measured", 10.0, 10.0), ("commanded", 10.0, 0.3)] {
+            let text = format!(
+                "sensor = {{ wrench = \"{wrench}\" }}\n\
+                 [[effect]]\nid = \"actuation_lag\"\nparameters = {{ extra_lag_s = 0.5 }}\n\
+                 [[effect]]\nid = \"actuation_delay\"\nparameters = {{ extra_delay_s = 0.02 }}\n"
+            );
+            let model = Model::from_toml(&text, "model.toml").unwrap();
+            let mut parameters = all(&model);
+            parameters
+                .iter_mut()
+                .for_each(|one| one.no_later_than(0.3, &model));
+            let high = |name: &str| parameters.iter().find(|one| one.name == name).unwrap().high;
+            let found = (
+                high("actuation_lag.extra_lag_s"),
+                high("actuation_delay.extra_delay_s"),
+            );
+            assert_eq!(found, (lag_s, delay_s), "{wrench}");
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! A model to start from, for a log that came without one.
 
+use super::checks::GAP;
 use super::model_text::commented;
 use super::turns::poses_of;
 use anyhow::Context;
@@ -147,6 +148,7 @@ pub fn starter(
 fn set_noise(model: &mut Model, seen: &[Seen], before: &[NoiseFloors], rows: usize) -> Vec<String> {
     let mut guessed = Vec::new();
     let is_free = model.sensor.wrench == WrenchMeaning::Free;
+    let moved = [model.tool.mass_kg, model.inertia_about_bearing()];
     let usual = |of: &dyn Fn(&NoiseFloors) -> Option<f64>| {
         let shown = median(seen.iter().map(|log| of(&log.floors)));
         [shown, median(before.iter().map(of))]
@@ -157,7 +159,7 @@ fn set_noise(model: &mut Model, seen: &[Seen], before: &[NoiseFloors], rows: usi
     let [force, torque] = [(0, "force_n", "N"), (1, "torque_n_m", "N·m")].map(|(kind, key, unit)| {
         // Of a free swing the load is what the acceleration takes.
         let load = |log: &Seen| match is_free {
-            true => [model.tool.mass_kg, 1.0][kind] * log.fastest[kind],
+            true => moved[kind] * log.fastest[kind],
             false => log.largest[kind],
         };
         let largest = seen.iter().map(load).fold(0.0, f64::max);
@@ -284,16 +286,20 @@ fn places(cycles: &[CycleRecord]) -> Vec<[f64; 6]> {
     cycles.iter().zip(turned).map(place).collect()
 }
 
-/// Largest change of a velocity from row to row, per second.
+/// Whether a row follows the one before without a gap.
+fn is_next(pair: &[CycleRecord], cycle_s: f64) -> bool {
+    pair[1].trace.time_s - pair[0].trace.time_s < GAP * cycle_s
+}
+
+/// Largest change of a velocity from row to row, per second: m/s² and rad/s².
 fn fastest(cycles: &[CycleRecord], cycle_s: f64) -> [f64; 2] {
+    let next = || cycles.windows(2).filter(|pair| is_next(pair, cycle_s));
     let change = |pair: &[CycleRecord], axis: usize| {
         let [before, now] = [0, 1].map(|n: usize| pair[n].trace.executed_velocity[axis]);
         (now - before).abs() / cycle_s
     };
     let of = |axes: std::ops::Range<usize>| {
-        let each = cycles
-            .windows(2)
-            .flat_map(|pair| axes.clone().map(move |axis| change(pair, axis)));
+        let each = next().flat_map(|pair| axes.clone().map(move |axis| change(pair, axis)));
         each.filter(|a| a.is_finite()).fold(0.0, f64::max)
     };
     [of(0..3), of(3..6)]
@@ -304,10 +310,9 @@ fn fastest(cycles: &[CycleRecord], cycle_s: f64) -> [f64; 2] {
 fn acceleration(cycles: &[CycleRecord], cycle_s: f64) -> Option<f64> {
     let square = |pair: &[CycleRecord]| {
         let [before, now] = [0, 1].map(|n: usize| &pair[n].trace);
-        let is_next = now.time_s - before.time_s < 1.5 * cycle_s;
         let changes =
             (0..3).map(|axis| now.executed_velocity[axis] - before.executed_velocity[axis]);
-        is_next.then(|| {
+        is_next(pair, cycle_s).then(|| {
             changes
                 .map(|change| (change / cycle_s).powi(2))
                 .sum::<f64>()

@@ -43,7 +43,9 @@ pub struct Log {
     pub first: usize,
     /// A rig's controller was there: see [`Signals::is_of_a_rig`].
     pub of_a_rig: bool,
-    /// Axes about or along which what moves swings freely, so that a wrench of zero is one.
+    /// The recorded wrench is not the same throughout.
+    pub wrench_changes: bool,
+    /// Axes about or along which what moves swings freely: their wrench is known, though it is zero.
     free: [bool; 6],
     /// A model of spacecraft ran: see [`Signals::has_spacecraft`].
     pub has_spacecraft: bool,
@@ -127,6 +129,7 @@ impl Log {
             velocity_sigma: signals.velocity_sigma(model),
             first: range.start,
             of_a_rig: signals.is_of_a_rig(),
+            wrench_changes: signals.wrench_changes(),
             free: model.free_axes(),
             has_spacecraft: signals.has_spacecraft(),
             whole_turns: signals.whole_turns_at(range.start),
@@ -154,16 +157,11 @@ impl Log {
         })
     }
 
-    /// Whether the wrench is not the same in all rows.
-    pub fn wrench_changes(&self) -> bool {
-        changes((0..self.cycle_count()).map(|n| self.wrench.each_ref().map(|series| series[n])))
-    }
-
     /// The wrench, if a motion was logged under one that never changes, as under a constant command.
     pub fn constant_wrench(&self) -> Option<[f64; 6]> {
         let first = self.wrench.each_ref().map(|series| series[0]);
         let moves = is_measured(self.executed.iter().flatten().copied());
-        (moves && is_measured(first.into_iter()) && !self.wrench_changes()).then_some(first)
+        (moves && is_measured(first.into_iter()) && !self.wrench_changes).then_some(first)
     }
 
     /// Number of cycles.
@@ -202,15 +200,19 @@ impl Log {
 
     /// Its poses, each with the turn since the one before that the velocity says.
     pub fn turned_poses(&self) -> impl Iterator<Item = Followed> {
-        let said = |n: usize| match n {
+        let poses = self.pose.iter().enumerate();
+        poses.map(|(n, pose)| Followed {
+            pose: *pose,
+            by_velocity: self.turned_by_velocity(n),
+        })
+    }
+
+    /// How far it has turned since the cycle before by its velocity, rad in M; zero in the first.
+    pub fn turned_by_velocity(&self, n: usize) -> Vector3<f64> {
+        match n {
             0 => Vector3::zeros(),
             n => self.moved_by_velocity(n).angular,
-        };
-        let poses = self.pose.iter().enumerate();
-        poses.map(move |(n, pose)| Followed {
-            pose: *pose,
-            by_velocity: said(n),
-        })
+        }
     }
 
     /// How far it moved since the cycle before, m in C and rad in M, by its velocity.
@@ -257,13 +259,7 @@ impl Log {
     }
 }
 
-/// Whether a wrench is not the same in all rows.
-pub(super) fn changes(mut rows: impl Iterator<Item = [f64; 6]>) -> bool {
-    let first = rows.next();
-    first.is_some_and(|first| rows.any(|row| !is_same_wrench(first, row)))
-}
-
-pub(super) fn finite(six: [f64; 6]) -> [f64; 6] {
+fn finite(six: [f64; 6]) -> [f64; 6] {
     six.map(|v| if v.is_finite() { v } else { 0.0 })
 }
 

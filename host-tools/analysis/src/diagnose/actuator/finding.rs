@@ -22,6 +22,8 @@ pub(crate) struct ActuatorFinding {
     pub white: Vec<[Vec<f64>; 6]>,
     /// Level of each log and axis over the data sheet's noise.
     pub level: Vec<[f64; 6]>,
+    /// χ² that the effects explain which the model has already.
+    pub explained: f64,
     /// Number of velocities that are judged.
     pub count: usize,
     /// Ends of the 95 % interval of each parameter of each term.
@@ -73,6 +75,7 @@ pub(crate) fn actuator_stage(
             .map(|(log, white)| levels(log, white))
             .collect(),
         white,
+        explained: cost.explained(),
         count: cost.count(),
         intervals: intervals(&found, &fitted),
         at_their_ends: at_their_ends(found.terms(), &fitted),

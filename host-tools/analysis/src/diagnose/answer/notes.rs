@@ -80,9 +80,13 @@ impl Answer<'_> {
         let mut notes: Vec<String> = untested(stages).map(str::to_owned).collect();
         let is_loaded = !model.sensor.at_rest && model.sensor.wrench != WrenchMeaning::Free;
         if stages.wrench.is_some() && is_loaded && stages.logs.have_constant_loads() {
-            notes.push(
-                "When the load was told is not tested: it is the same from beginning to end of each log.".to_owned(),
-            );
+            let what = match model.sensor.wrench.is_told() {
+                true => "When the load was told",
+                false => "Whether the reading is late",
+            };
+            notes.push(format!(
+                "{what} is not tested: the load is the same from beginning to end of each log."
+            ));
         }
         if stages.logs.have_own_origins() {
             let turns = model.bearing().is_some();
@@ -192,9 +196,12 @@ impl Answer<'_> {
                 1 => ("is", "it"),
                 _ => ("are", "them together"),
             };
+            let why = match with < without {
+                true => "less than a tenth, which may be an error of the form of others",
+                false => "something of another form is there",
+            };
             format!(
-                "{} {are} not named: with {them} the error on unseen data goes from {without:.2} to {with:.2}; something of \
-                 another form is there.",
+                "{} {are} not named: with {them} the error on unseen data goes from {without:.2} to {with:.2}; {why}.",
                 listed(ids)
             )
         });

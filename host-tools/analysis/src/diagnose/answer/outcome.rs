@@ -52,7 +52,7 @@ pub(crate) fn conclude(
     let refused = reduction.refused.iter().flat_map(|(ids, ..)| ids);
     let refused = refused.chain(&reduction.undetermined);
     let refused: Vec<&String> = refused.filter(|_| found.is_empty()).collect();
-    let left = left_over(model, recordings, stages, &predictions, (&named, &refused))?;
+    let left = left_over(model, stages, &predictions, (&named, &refused));
     let in_sample = recordings.fitted == recordings.all.len();
     let judged = Judged::new(model, stages, question, found, &left, in_sample);
     let rest = Unaccounted::new(stages, &left, &judged);

@@ -204,7 +204,7 @@ struct Known<'a> {
 /// Whether what a servo's effects explain may be an error of the form of others: on a machine that is no docking rig they leave
 /// structure in any case.
 fn may_be_form(stages: &Stages) -> bool {
-    let leaves = |found| left_of_actuator(found, stages, 1.0).is_structured();
+    let leaves = |found| left_of_actuator(found, stages, 0.0).is_structured();
     let of_a_servo = stages.wrench.is_none() && !stages.logs.have_spacecraft();
     of_a_servo && stages.actuator.as_ref().is_some_and(leaves)
 }

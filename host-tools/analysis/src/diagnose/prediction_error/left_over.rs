@@ -4,10 +4,9 @@ use crate::diagnose::actuator::ActuatorFinding;
 use crate::diagnose::logs::Logs;
 use crate::diagnose::named::Named;
 use crate::diagnose::noise::structure::{Line, Structure};
-use crate::diagnose::stages::{Stages, predict_all};
+use crate::diagnose::stages::Stages;
 use crate::diagnose::wrench::left::{self, Left};
 use crate::levels::ChannelLevels;
-use softdock_io::recording::Recording;
 use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::prediction::Prediction;
 use softdock_physics::model::{Axis, Channel, Model};
@@ -20,11 +19,10 @@ const DIGITS: f64 = 1.35;
 /// speak against it.
 pub(crate) fn left_over(
     model: &Model,
-    recordings: &Logs<&Recording>,
     stages: &Stages,
     after: &Logs<Prediction>,
     (named, refused): (&[&Named], &[&String]),
-) -> anyhow::Result<Vec<Left>> {
+) -> Vec<Left> {
     let mut all = Vec::new();
     // What stands where its search ends is something else that looks like it; above all what is later.
     let is_at_end = |one: &&&Named| {
@@ -36,11 +34,11 @@ pub(crate) fn left_over(
     let is_later = at_end.iter().any(|one| is_late(&one.effect.id));
     let of_a_machine = !stages.logs.have_spacecraft() && at_end.is_empty();
     if let Some(found) = &stages.actuator {
-        let left = |known: f64| left_of_actuator(found, stages, known);
-        let explains = !named.is_empty() || !model.effects.is_empty();
+        let left = |explained: f64| left_of_actuator(found, stages, explained);
+        let explains = !named.is_empty() || found.explained > 0.0;
         all.push(match of_a_machine && explains {
-            true => left(explained_by_effects(model, recordings, stages)?).of_a_servo(),
-            false => left(1.0),
+            true => left(found.explained).of_a_servo(),
+            false => left(0.0),
         });
     }
     if let Some(found) = &stages.wrench {
@@ -60,7 +58,9 @@ pub(crate) fn left_over(
         if let Some(beside) = found.beside_remainder.as_ref().filter(|_| explains) {
             let smooth = &beside.remainder.of_logs;
             let both = left::of_wrench(&found.prepared, accepted, smooth);
-            left = match (of_a_machine, is_later) {
+            // What touches something may be of a law of contacts that no catalogue has, as on a rig.
+            let touches = beside.remainder.is_of_contact();
+            left = match (of_a_machine && !touches, is_later) {
                 (_, true) => left,
                 (true, _) => left.of_a_machine(),
                 (false, _) => left.beside(&beside.remainder, &both),
@@ -72,27 +72,11 @@ pub(crate) fn left_over(
     if stages.clock.jitter.is_none() {
         all.push(left_of(Channel::Pose, stages, after));
     }
-    Ok(all)
+    all
 }
 
-/// How many times as large the squared error of the velocity would be without the effects that the model has.
-fn explained_by_effects(
-    model: &Model,
-    recordings: &Logs<&Recording>,
-    stages: &Stages,
-) -> anyhow::Result<f64> {
-    let bare = Model {
-        effects: Vec::new(),
-        ..model.clone()
-    };
-    let level =
-        |predictions: &Logs<Prediction>| ChannelLevels::of(&predictions.all).executed_velocity;
-    let ratio = level(&predict_all(&bare, recordings)?) / level(&stages.before);
-    Ok((ratio * ratio).max(1.0)) // so for NaN
-}
-
-/// `known`: times the squared error that there is by which it was larger before the model had its effects.
-pub(super) fn left_of_actuator(found: &ActuatorFinding, stages: &Stages, known: f64) -> Left {
+/// `explained`: χ² that effects explain which the model has already.
+pub(super) fn left_of_actuator(found: &ActuatorFinding, stages: &Stages, explained: f64) -> Left {
     let moving = |axis: &Axis| found.white.iter().all(|w| !w[axis.index()].is_empty());
     let axes = Axis::ALL
         .into_iter()
@@ -108,7 +92,7 @@ pub(super) fn left_of_actuator(found: &ActuatorFinding, stages: &Stages, known: 
         })
         .collect();
     let (reached, nominal) = (found.search.reached(), found.search.nominal.chi2);
-    Left::of_velocities(axes, reached, known * nominal, found.count)
+    Left::of_velocities(axes, reached, explained + nominal, found.count)
 }
 
 /// Structure of a channel that the stages do not whiten themselves.

@@ -33,9 +33,9 @@ impl Sampling {
     pub(crate) fn of(log: &Log, model: &Model) -> Self {
         let sigma = sheet_sigma(model);
         // What a drive was told came from no sensor, in steps as large as one likes.
-        let is_told = model.sensor.wrench.drives();
+        let drives = model.sensor.wrench.drives();
         let steps: [Option<f64>; 6] = std::array::from_fn(|axis| {
-            let step = lattice(&log.wrench[axis]).filter(|_| !is_told)?;
+            let step = lattice(&log.wrench[axis]).filter(|_| !drives)?;
             Some(if step > VISIBLE * sigma[axis] {
                 step
             } else {
@@ -54,7 +54,7 @@ impl Sampling {
         let share = held.len() as f64 / count;
         // A command acts until the next one.
         let is_held =
-            !is_told && share > REPEATED && share > 5.0 * by_chance && moves_between(log, &held);
+            !drives && share > REPEATED && share > 5.0 * by_chance && moves_between(log, &held);
         let mut fresh = log.fresh.clone();
         if is_held {
             held.iter().for_each(|n| fresh[*n] = false);

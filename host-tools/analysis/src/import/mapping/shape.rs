@@ -167,11 +167,16 @@ fn less_than_half_a_turn(
 }
 
 /// How far angles turn at the most from one of the rows that are `kept` to the next, gaps apart, rad, and after which time, s; 0 of
-/// quaternions, and of a velocity without an orientation, which says how far it turned for ever.
+/// quaternions, and of a velocity without an orientation and a command, which says how far it turned for ever.
 pub(super) fn largest_turn(channels: &Channels, kept: impl Fn(usize) -> bool) -> (f64, f64) {
     let times = &channels.time_s;
-    let turn = |from: usize, to: usize| match &channels.orientation {
-        Some(Rotation::Angles(angles)) => (angles.rad[to] - angles.rad[from]).abs(),
+    let speed = |[.., rx, ry, rz]: &[Vec<f64>; 6], n: usize| rx[n].hypot(ry[n]).hypot(rz[n]);
+    let turn = |from: usize, to: usize| match (&channels.orientation, &channels.executed) {
+        (Some(Rotation::Angles(angles)), _) => (angles.rad[to] - angles.rad[from]).abs(),
+        // The motion of a log with a command is simulated, and turns by another velocity.
+        (None, Some(velocity)) if channels.sent.is_some() => {
+            0.5 * (speed(velocity, from) + speed(velocity, to)) * (times[to] - times[from])
+        }
         _ => 0.0,
     };
     let of_piece = |piece: Range<usize>| {

@@ -35,7 +35,7 @@ pub const LEVEL: f64 = 2.1;
 /// excess that turns round over two thirds of the speed over which it fades has half.
 const REACHED: f64 = 0.5;
 
-/// The latest that anything is looked for in logs of which the shortest is so long, s.
+/// The latest that anything is looked for in logs of which the shortest is so long, both in s.
 pub fn latest_s(shortest_s: f64) -> f64 {
     LATEST_SHARE * shortest_s
 }
@@ -229,6 +229,16 @@ impl LoadEffect {
         )
     }
 
+    /// Whether it is a delay between a command and its execution: where that drives, the end of a log is without its motion.
+    pub fn is_a_delay(&self) -> bool {
+        match self.effect.law {
+            Law::Actuator(Actuator {
+                late: Some(law), ..
+            }) => law(&vec![1.0; self.parameters.len()]).delay_s > 0.0,
+            _ => false,
+        }
+    }
+
     /// Range of a parameter in which a search looks. What is late is late by some cycles of a sensor, a bus or a clock; what is
     /// slower than that is something else.
     pub fn searched(&self, parameter: &Parameter, logs: Pace) -> [f64; 2] {
@@ -241,7 +251,7 @@ impl LoadEffect {
             let latest = (LATEST_S * logs.slower()).min(latest_s(logs.shortest_s));
             return [low, high].map(|end| end.clamp(-latest, latest));
         }
-        if self.is_late() {
+        if self.is_a_delay() {
             return [low, high.min(latest_s(logs.shortest_s))];
         }
         if self.is_a_drift() {

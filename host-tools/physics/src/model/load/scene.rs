@@ -125,13 +125,13 @@ impl Scene {
         depths.any(|depth| *depth > 0.0)
     }
 
-    /// Of a log: what its poses do not say. `by_velocity`: how far each has turned since the one before, rad, by the velocity;
+    /// Of a log: what its poses do not say. `by_velocity`: how far that of a cycle has turned since the one before, rad, by the velocity;
     /// `wrench_changes`: the wrench of the log is not the same throughout.
     pub fn of_log(
         mut self,
         of_a_rig: bool,
         whole_turns: i32,
-        by_velocity: impl Iterator<Item = Vector3<f64>>,
+        by_velocity: impl Fn(usize) -> Vector3<f64>,
         wrench_changes: bool,
         began: &Beginning,
     ) -> Self {
@@ -139,10 +139,10 @@ impl Scene {
         self.began = *began;
         self.wrench_changes = wrench_changes;
         if self.model.bearing().is_some() {
-            let turned = self.pose.iter().zip(by_velocity);
-            let turned = turned.map(|(pose, by_velocity)| Followed {
+            let turned = self.pose.iter().enumerate();
+            let turned = turned.map(|(n, pose)| Followed {
                 pose: *pose,
-                by_velocity,
+                by_velocity: by_velocity(n),
             });
             self.position = angles(turned, &self.axis, whole_turns).into();
         }

@@ -26,7 +26,7 @@ pub mod wrench;
 use super::load::Scene;
 use super::load::loaded::{LoadOfEach, add_known};
 use super::log::{Log, is_measured};
-use super::{Axis, Channel, Model, WrenchMeaning, clock};
+use super::{Axis, Channel, Model, clock};
 use crate::effects::body::clock_jitter::{self, Scatter};
 use signals::Signals;
 use softdock_control::frames::{Pose, Twist};
@@ -199,10 +199,10 @@ pub fn predict_signals(model: &Model, signals: &Signals<'_>) -> Prediction {
     }
     notes.extend(drowned(model, signals));
     let active = &model.rig.active_axes;
-    let loaded = match model.sensor.wrench {
-        WrenchMeaning::Free => active.clone(),
-        _ => channels[Channel::Wrench as usize].measured_axes(),
-    };
+    let measured = channels[Channel::Wrench as usize].measured_axes();
+    let free = model.free_axes();
+    let is_loaded = |axis: &Axis| free[axis.index()] || measured.contains(axis);
+    let loaded = Axis::ALL.into_iter().filter(is_loaded).collect();
     Prediction {
         time_s: signals.cycles.iter().map(|c| c.trace.time_s).collect(),
         cycle_s: signals.cycle_s,

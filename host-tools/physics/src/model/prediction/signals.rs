@@ -9,6 +9,7 @@ use crate::model::Model;
 use crate::model::load::{
     Followed, angle_about, angles, pose_of, turn_between, turned_since_first,
 };
+use crate::model::log::is_same_wrench;
 use crate::model::prediction::{Six, six};
 use anyhow::{bail, ensure};
 use nalgebra::{Vector3, Vector6};
@@ -207,6 +208,14 @@ impl<'a> Signals<'a> {
         let of = |n: usize| Some(pose_of(&self.recorded_pose(n)?));
         let all = || (0..self.len()).map(of).collect();
         *self.poses.get_or_init(all).get(n)?
+    }
+
+    /// Whether the wrench is not the same in all rows that have one.
+    pub fn wrench_changes(&self) -> bool {
+        let rows = self.cycles.iter().map(|c| c.inputs.sensor.wrench);
+        let mut known = rows.filter(|row| row.iter().all(|v| v.is_finite()));
+        let first = known.next();
+        first.is_some_and(|first| known.any(|row| !is_same_wrench(first, row)))
     }
 
     /// How far it turned in cycle n by the recorded velocity, rad in M; zero where nobody knows.

@@ -44,9 +44,14 @@ pub(crate) fn scene(
         (log.pose.clone(), measured(log))
     };
     let scene = Scene::new(model, log.cycle_s, log.time_s.clone(), pose, motion);
-    let turned = log.turned_poses().map(|turned| turned.by_velocity);
-    let changes = log.wrench_changes();
-    let scene = scene.of_log(log.of_a_rig, log.whole_turns, turned, changes, &log.began);
+    let turned = |n: usize| log.turned_by_velocity(n);
+    let scene = scene.of_log(
+        log.of_a_rig,
+        log.whole_turns,
+        turned,
+        log.wrench_changes,
+        &log.began,
+    );
     let mut scene = scene.with_sensor(log.measured());
     // What the model knows beyond its nominal load is no news.
     add_known(&mut scene, &model.effects, &LoadOfEach::default());

@@ -368,7 +368,7 @@ mod tests {
         };
         let rows = time_s.len();
         let scene = Scene::new(&model, CYCLE_S, time_s, pose, motion.collect());
-        let scene = scene.of_log(false, 0, std::iter::empty(), true, &began);
+        let scene = scene.of_log(false, 0, |_| nalgebra::Vector3::zeros(), true, &began);
         PreparedLog {
             residual: Column::on_axis(0, std::iter::repeat_n(40.0 * model.tolerance.bias[0], rows)),
             fresh: vec![true; rows],

@@ -8,7 +8,6 @@ use crate::effects::{Law, Sampling, by_id};
 use crate::model::load::Scene;
 use crate::model::load::effects::LoadEffect;
 use crate::model::load::loaded::{LoadOfEach, add_known, beyond_the_end};
-use crate::model::log::{changes, finite};
 use crate::model::{Axis, EffectModel, Model};
 use softdock_actuator::Reading;
 use softdock_control::frames::{Pose, Twist};
@@ -80,16 +79,12 @@ pub(super) fn scene(
     let steps = signals.steps.clone();
     let scene = Scene::of_steps(model, signals.cycle_s, time_s, pose, motion, steps);
     let of_a_rig = signals.is_of_a_rig();
-    let turned = (0..signals.len()).map(|n| signals.turned_by_velocity(n));
-    let wrenches = signals
-        .cycles
-        .iter()
-        .map(|c| finite(c.inputs.sensor.wrench));
+    let turned = |n: usize| signals.turned_by_velocity(n);
     Some(scene.of_log(
         of_a_rig,
         signals.whole_turns,
         turned,
-        changes(wrenches),
+        signals.wrench_changes(),
         &signals.began,
     ))
 }
