@@ -9,6 +9,8 @@ use softdock_statistics::RandomStream;
 
 /// Weight, viscous and dry friction by the moment of inertia: rad/s², 1/s, rad/s².
 const PENDULUM: [f64; 3] = [40.0, 0.25, 0.3];
+/// One that swings for minutes.
+const LIGHTLY_DAMPED: [f64; 3] = [40.0, 0.03, 0.0];
 const MAPPING: &str = r#"
     files = { train = "a.csv", test = "b.csv" }
     starter = { wrench = "free" }
@@ -17,16 +19,16 @@ const MAPPING: &str = r#"
     filter = { cutoff_hz = 8.0, order = 4, trim_s = 0.3 }
 "#;
 
-/// A table of 8 s at 100 Hz that begins with this angle, rad, at rest.
-fn swing(first: f64, seed: u64) -> String {
+/// A table of 8 s at 100 Hz that begins with this angle, rad, at rest; `off`: how much the encoder is off, rad.
+fn swing([weight, viscous, dry]: [f64; 3], off: f64, first: f64, seed: u64) -> String {
     const STEPS: usize = 200;
     let step_s = 0.01 / STEPS as f64;
     let mut random = RandomStream::new(seed, 0);
     let [mut angle, mut rate] = [first, 0.0_f64];
-    let [weight, viscous, dry] = PENDULUM;
     let mut angles = Vec::new();
     for _ in 0..800 {
-        angles.push(angle + 1e-5 * random.normal());
+        let shown = angle + off * (2.7 * angle).sin();
+        angles.push(shown + 1e-5 * random.normal());
         for _ in 0..STEPS {
             let acceleration = -weight * angle.sin() - viscous * rate - dry * (rate / 1e-3).tanh();
             rate += step_s * acceleration;
@@ -40,7 +42,10 @@ fn swing(first: f64, seed: u64) -> String {
 
 #[test]
 fn the_angle_of_a_pendulum_says_what_it_has_by_its_inertia() {
-    let files = [("a.csv", swing(1.3, 1)), ("b.csv", swing(-0.9, 2))];
+    let files = [
+        ("a.csv", swing(PENDULUM, 0.0, 1.3, 1)),
+        ("b.csv", swing(PENDULUM, 0.0, -0.9, 2)),
+    ];
     let logs = imported("free_swing", MAPPING, &files).unwrap();
     let text = starter(&logs.train, logs.filtered.as_ref(), &logs.told)
         .unwrap()
@@ -81,15 +86,46 @@ fn the_angle_of_a_pendulum_says_what_it_has_by_its_inertia() {
     );
 }
 
+/// Its damping is a thousandth of its weight, and no error of the form of that law: what stores energy takes none away.
+#[test]
+fn a_damping_that_is_small_beside_the_weight_is_named() {
+    let files = [
+        ("a.csv", swing(LIGHTLY_DAMPED, 3e-3, 1.3, 1)),
+        ("b.csv", swing(LIGHTLY_DAMPED, 3e-3, -0.9, 2)),
+    ];
+    let logs = imported("lightly_damped", MAPPING, &files).unwrap();
+    let text = starter(&logs.train, logs.filtered.as_ref(), &logs.told)
+        .unwrap()
+        .text;
+    let model = Model::from_toml(&text, "model.toml").unwrap();
+    let found = diagnose(&model, &[&logs.train[0]], &[&logs.test[0]], &|_, _| {})
+        .unwrap()
+        .diagnosis;
+    let mut named = found.effects.clone();
+    named.sort();
+    assert_eq!(
+        named,
+        ["bearing_gravity", "guide_viscous"],
+        "{}",
+        found.sentence
+    );
+    let damping = &found.parameters["guide_viscous"]["damping_n_m_s_per_rad"];
+    let [low, high] = [damping.low, damping.high];
+    assert!(
+        0.0 < low && (low..high).contains(&LIGHTLY_DAMPED[1]),
+        "{damping:?}"
+    );
+}
+
 /// The noise that a model to start from has is a guess by the largest load, which a gap makes no larger.
 #[test]
 fn a_gap_of_a_swing_is_no_acceleration() {
     let noise = |skipped: std::ops::Range<usize>| {
-        let whole = swing(1.3, 1);
+        let whole = swing(PENDULUM, 0.0, 1.3, 1);
         let rows = whole.lines().enumerate();
         let rows = rows.filter(|(n, _)| !skipped.contains(n));
         let text = rows.map(|(_, row)| format!("{row}\n")).collect();
-        let files = [("a.csv", text), ("b.csv", swing(-0.9, 2))];
+        let files = [("a.csv", text), ("b.csv", swing(PENDULUM, 0.0, -0.9, 2))];
         let logs = imported("free_swing_gap", MAPPING, &files).unwrap();
         let text = starter(&logs.train, logs.filtered.as_ref(), &logs.told)
             .unwrap()
@@ -106,7 +142,10 @@ fn a_gap_of_a_swing_is_no_acceleration() {
 #[test]
 fn what_swings_freely_has_no_force() {
     let mapping = format!("{MAPPING}\n    wrench = {{ tx = \"angle\" }}");
-    let files = [("a.csv", swing(1.3, 1)), ("b.csv", swing(-0.9, 2))];
+    let files = [
+        ("a.csv", swing(PENDULUM, 0.0, 1.3, 1)),
+        ("b.csv", swing(PENDULUM, 0.0, -0.9, 2)),
+    ];
     let refused = imported("free_swing_driven", &mapping, &files).unwrap_err();
     assert!(refused.contains("expected no [wrench]"), "{refused}");
 }

@@ -321,6 +321,24 @@ impl LoadEffect {
         }
     }
 
+    /// Whether it takes energy from a motion: a force by the velocity, and none without.
+    pub fn dissipates(&self) -> bool {
+        let at_rest = Slide {
+            position: 0.1,
+            acceleration: 0.3,
+            ..Slide::default()
+        };
+        match &self.effect.law {
+            Law::Guide(law) => {
+                let ones = vec![1.0; self.coefficients.len()];
+                let values = self.values(&[], &ones);
+                let moving = (law.force)(&values, &Slide::at_velocity(0.2));
+                moving < 0.0 && (law.force)(&values, &at_rest) == 0.0
+            }
+            _ => false,
+        }
+    }
+
     /// Whether it is the zero of a sensor.
     pub fn is_of_a_zero(&self) -> bool {
         matches!(self.effect.law, Law::Zero(_))

@@ -9,10 +9,10 @@ use super::problem::{Problem, Segment, subtract};
 use super::tested::Tested;
 use crate::diagnose::evidence::{self, strained};
 use nalgebra::DVector;
-use softdock_physics::model::Axis;
 use softdock_physics::model::load::effects::{LoadEffect, Pace, Sign};
 use softdock_physics::model::load::loaded::contribution;
 use softdock_physics::model::load::{Column, Scene};
+use softdock_physics::model::{Axis, WrenchMeaning};
 use softdock_statistics::dot;
 use std::sync::Arc;
 
@@ -204,6 +204,17 @@ impl Joint {
     /// What an effect has to bring beside others that gain so much.
     pub(crate) fn threshold(&self, gain: f64) -> f64 {
         evidence::threshold(self.explained(gain))
+    }
+
+    /// The same of an effect: of what swings freely the energy says what brakes, whatever the form of the law that stores it.
+    pub(crate) fn threshold_of(&self, id: &str, gain: f64) -> f64 {
+        let model = self.logs.first().map(|log| &log.scene.model);
+        let swings = model.filter(|model| model.sensor.wrench == WrenchMeaning::Free);
+        let effect = swings.and_then(|model| LoadEffect::find(model, id));
+        match effect.is_some_and(LoadEffect::dissipates) {
+            true => evidence::threshold(0.0),
+            false => self.threshold(gain),
+        }
     }
 
     /// The regression of some rows: `keeps` is asked for log and row.

@@ -21,7 +21,7 @@ impl Work<'_> {
             let each = self.each(&now);
             let worthless = |place: &usize| {
                 let others = now.gain - now.gain.min(each[*place].max(0.0));
-                each[*place] < self.joint.threshold(others)
+                each[*place] < self.joint.threshold_of(now.effects[*place].id, others)
             };
             let worthless: Vec<usize> = (0..each.len()).filter(worthless).collect();
             let parts = self.parts(&now);

@@ -386,12 +386,13 @@ impl Work<'_> {
     /// The best of some hypotheses with more evidence than what there is.
     fn best_of(&self, now: &Tested, mut all: Vec<Hypothesis>) -> Option<Tested> {
         all.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-        let explained = self.joint.threshold(now.gain) - threshold(0.0);
+        let known = now.effects_in_order();
         let better = |t: &Tested| {
-            let form = if t.effects.len() > now.effects.len() {
-                explained
-            } else {
-                0.0
+            let mut new = t.effects_in_order().into_iter();
+            let new = new.find(|id| !known.contains(id));
+            let form = match new.filter(|_| t.effects.len() > now.effects.len()) {
+                Some(new) => self.joint.threshold_of(new, now.gain) - threshold(0.0),
+                None => 0.0,
             };
             t.evidence > now.evidence + form + 1e-6
         };
