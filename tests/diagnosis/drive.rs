@@ -334,6 +334,8 @@ fn a_servo_is_not_taken_apart_where_more_is_left_than_noise() {
             x += rig.cycle_s * executed;
             cycle.trace.sent_velocity[0] = sent;
             cycle.trace.executed_velocity[0] = executed;
+            // Without a sensor there is no error of it.
+            cycle.inputs.sensor.wrench = [f64::NAN; 6];
             cycle.trace.pose = [x, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
         }
         recording
@@ -348,6 +350,7 @@ fn a_servo_is_not_taken_apart_where_more_is_left_than_noise() {
         let found = diagnose(&model, &[&train], &[&test], &|_, _| {}).unwrap();
         let (found, after) = (found.diagnosis, found.after);
         assert_eq!(found.effects, ["second_order_servo"], "{}", found.sentence);
+        assert!(!found.sentence.contains("NaN"), "{}", found.sentence);
         let hz = &found.parameters["second_order_servo"]["frequency_hz"];
         assert!((hz.value / 1.369 - 1.0).abs() < 0.05, "{hz:?}");
         assert!(found.remainder.share >= is_left, "{}", found.sentence);

@@ -55,9 +55,9 @@ pub struct Log {
     pub began: Beginning,
 }
 
-/// Whether values are readings: no sensor reads exactly 0 throughout.
+/// Whether values are readings: no sensor reads exactly 0 throughout, and none was there where a log has no numbers.
 pub(super) fn is_measured(mut values: impl Iterator<Item = f64>) -> bool {
-    values.any(|value| value != 0.0)
+    values.any(|value| value != 0.0 && value.is_finite())
 }
 
 /// Whether two forces are one but for what a filter of an import makes of a constant.
