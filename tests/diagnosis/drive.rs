@@ -1,10 +1,9 @@
 //! An axis of which only the drive's current is recorded, scaled by a guess.
 
-use super::joint::logs;
-use super::tables::{imported, table};
+use super::joint::{logs, named};
+use super::tables::{imported, started, table};
 use softdock_analysis::add::add_effects;
 use softdock_analysis::diagnose::{Verdict, diagnose};
-use softdock_analysis::import::starter::starter;
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 use softdock_statistics::RandomStream;
@@ -396,19 +395,14 @@ fn a_command_that_never_changes_shows_no_delay() {
         filter = { cutoff_hz = 15.0, order = 4 }
     "#;
     let logs = imported("steps_of_torque", mapping, &files).unwrap();
-    let text = starter(&logs.train, logs.filtered.as_ref(), &logs.told)
-        .unwrap()
-        .text;
-    let model = Model::from_toml(&text, "model.toml").unwrap();
+    let model = started(&logs);
     let [train, test]: [Vec<&Recording>; 2] =
         [&logs.train, &logs.test].map(|logs| logs.iter().collect());
     let found = diagnose(&model, &train, &test, &|_, _| {})
         .unwrap()
         .diagnosis;
-    let mut named = found.effects.clone();
-    named.sort();
     assert_eq!(
-        named,
+        named(&found),
         ["bearing_inertia", "guide_viscous"],
         "{}",
         found.sentence

@@ -1,10 +1,9 @@
 //! What swings under no force: a pendulum of which nothing but the angle is known.
 
-use super::tables::{imported, table};
+use super::joint::named;
+use super::tables::{imported, started, table};
 use softdock_analysis::compare::compare;
 use softdock_analysis::diagnose::{Verdict, diagnose};
-use softdock_analysis::import::starter::starter;
-use softdock_physics::model::Model;
 use softdock_statistics::RandomStream;
 
 /// Weight, viscous and dry friction by the moment of inertia: rad/s², 1/s, rad/s².
@@ -47,18 +46,13 @@ fn the_angle_of_a_pendulum_says_what_it_has_by_its_inertia() {
         ("b.csv", swing(PENDULUM, 0.0, -0.9, 2)),
     ];
     let logs = imported("free_swing", MAPPING, &files).unwrap();
-    let text = starter(&logs.train, logs.filtered.as_ref(), &logs.told)
-        .unwrap()
-        .text;
-    let model = Model::from_toml(&text, "model.toml").unwrap();
+    let model = started(&logs);
     let (train, test) = (&logs.train[0], &logs.test[0]);
     let found = diagnose(&model, &[train], &[test], &|_, _| {}).unwrap();
     let (found, after) = (found.diagnosis, found.after);
-    let mut named = found.effects.clone();
-    named.sort();
     assert_eq!(found.verdict, Verdict::Named, "{}", found.sentence);
     assert_eq!(
-        named,
+        named(&found),
         ["bearing_gravity", "guide_coulomb", "guide_viscous"],
         "{}",
         found.sentence
@@ -94,17 +88,12 @@ fn a_damping_that_is_small_beside_the_weight_is_named() {
         ("b.csv", swing(LIGHTLY_DAMPED, 3e-3, -0.9, 2)),
     ];
     let logs = imported("lightly_damped", MAPPING, &files).unwrap();
-    let text = starter(&logs.train, logs.filtered.as_ref(), &logs.told)
-        .unwrap()
-        .text;
-    let model = Model::from_toml(&text, "model.toml").unwrap();
+    let model = started(&logs);
     let found = diagnose(&model, &[&logs.train[0]], &[&logs.test[0]], &|_, _| {})
         .unwrap()
         .diagnosis;
-    let mut named = found.effects.clone();
-    named.sort();
     assert_eq!(
-        named,
+        named(&found),
         ["bearing_gravity", "guide_viscous"],
         "{}",
         found.sentence
@@ -127,13 +116,7 @@ fn a_gap_of_a_swing_is_no_acceleration() {
         let text = rows.map(|(_, row)| format!("{row}\n")).collect();
         let files = [("a.csv", text), ("b.csv", swing(PENDULUM, 0.0, -0.9, 2))];
         let logs = imported("free_swing_gap", MAPPING, &files).unwrap();
-        let text = starter(&logs.train, logs.filtered.as_ref(), &logs.told)
-            .unwrap()
-            .text;
-        Model::from_toml(&text, "model.toml")
-            .unwrap()
-            .noise
-            .torque_n_m
+        started(&logs).noise.torque_n_m
     };
     let [whole, with_gap] = [noise(0..0), noise(300..354)];
     assert!((with_gap / whole - 1.0).abs() < 0.1, "{whole} {with_gap}");

@@ -83,7 +83,7 @@ pub(super) fn diagnosed(model: &Model, train: &Recording, test: &Recording) -> D
 }
 
 /// Ids of what was named, by the alphabet.
-fn named(found: &Diagnosis) -> Vec<&str> {
+pub(super) fn named(found: &Diagnosis) -> Vec<&str> {
     let mut named: Vec<&str> = found.effects.iter().map(String::as_str).collect();
     named.sort_unstable();
     named

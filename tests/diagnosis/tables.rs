@@ -1,6 +1,8 @@
 //! Tables of other programs, written and imported through a mapping.
 
 use softdock_analysis::import::mapping::{MappedLogs, import};
+use softdock_analysis::import::starter::starter;
+use softdock_physics::model::Model;
 use softdock_tests::process::scratch;
 use std::fs;
 
@@ -16,6 +18,12 @@ pub(super) fn imported(
     }
     fs::write(folder.join("mapping.toml"), mapping).unwrap();
     import(&folder, &folder.join("mapping.toml")).map_err(|error| format!("{error:#}"))
+}
+
+/// The model to start from that an import writes for its logs.
+pub(super) fn started(logs: &MappedLogs) -> Model {
+    let starter = starter(&logs.train, logs.filtered.as_ref(), &logs.told).unwrap();
+    Model::from_toml(&starter.text, "model.toml").unwrap()
 }
 
 /// A table with a header; each row is made of its number.

@@ -269,7 +269,7 @@ struct Unaffected {
 }
 
 /// Residuals of which those that are lost count as the others of their log and channel do: a delay of a drive must not be worth what
-/// it leaves unpredicted.
+/// it leaves unpredicted. It is bounded so that something is left.
 fn in_place_of_lost(rows: &[Row], relative: Vec<Option<f64>>) -> Vec<f64> {
     let same = |a: &(&Row, &Option<f64>), b: &(&Row, &Option<f64>)| {
         (a.0.log, a.0.channel) == (b.0.log, b.0.channel)

@@ -52,8 +52,7 @@ impl ErrorReduction {
             late,
             done_without,
         } = Found::of(model, recordings, stages, question)?;
-        let mut known = Known::new(model, recordings, found, stages.wrench.as_ref(), asked);
-        known.may_be_form = may_be_form(stages);
+        let mut known = Known::new(model, recordings, found, stages, asked);
         let mut everything: Vec<usize> = (0..known.all.len()).collect();
         known.refit(&everything)?;
         let (undetermined, refused) = match asked {
@@ -214,9 +213,10 @@ impl<'a> Known<'a> {
         model: &'a Model,
         recordings: &'a Logs<&'a Recording>,
         found: Vec<Named>,
-        wrench: Option<&WrenchFinding>,
+        stages: &Stages,
         asked: bool,
     ) -> Self {
+        let wrench = stages.wrench.as_ref();
         let is_at_end =
             |named: &Named| wrench.is_some_and(|w| named.at_its_end(&w.prepared).is_some());
         Self {
@@ -229,7 +229,7 @@ impl<'a> Known<'a> {
             in_rounds: wrench.is_some_and(|w| !w.earlier.0.is_empty()),
             at_an_end: asked && found.iter().any(is_at_end),
             can_foretell: wrench.is_some_and(WrenchFinding::can_foretell),
-            may_be_form: false,
+            may_be_form: may_be_form(stages),
             found,
         }
     }
@@ -331,6 +331,9 @@ impl<'a> Known<'a> {
     /// which may cancel each other, or not much smaller where they may be errors of form.
     fn refuse(&mut self, effects: &mut Vec<usize>) -> anyhow::Result<Vec<(Vec<String>, f64, f64)>> {
         let mut refused = Vec::new();
+        if effects.is_empty() {
+            return Ok(refused);
+        }
         let (none, all) = (self.levels(&[])?, self.levels(effects)?);
         let factor = match self.may_be_form {
             true => FORETELLS.recip(),
@@ -338,12 +341,8 @@ impl<'a> Known<'a> {
         };
         if all.test > factor * none.test {
             let gone = std::mem::take(effects).into_iter();
-            let gone: Vec<String> = gone.map(|k| self.all[k].effect.id.clone()).collect();
-            let is_any = !gone.is_empty();
-            return Ok(is_any
-                .then_some((gone, none.test, all.test))
-                .into_iter()
-                .collect());
+            let gone = gone.map(|k| self.all[k].effect.id.clone()).collect();
+            return Ok(vec![(gone, none.test, all.test)]);
         }
         loop {
             let with = self.levels(effects)?.test;
