@@ -31,6 +31,12 @@ const SHARP: f64 = 10.0;
 /// Ratio of a speed to the one over which a friction turns round from which the friction has its level to 3 % (tanh), to which
 /// laws are right. One that does not have it at the usual speed is not looked for.
 pub const LEVEL: f64 = 2.1;
+/// Ratio of a stroke to the distance over which a friction builds up from which the friction has its level to 3 % at the end
+/// (1 − 2 exp(−ratio), Dahl). One that does not have it at the end of the usual stroke is a spring by another name.
+pub(super) const STROKE_TO_LEVEL: f64 = 4.2;
+/// The same ratio for a loop of hysteresis, which need not be closed by its level: over less than its distance it only unloads, in a
+/// straight line.
+pub(super) const STROKE_TO_LOOP: f64 = 1.0;
 /// Share of its level that a part of a friction reaches at the least: of less it is not the level that a log tells. Set by hand: an
 /// excess that turns round over two thirds of the speed over which it fades has half.
 const REACHED: f64 = 0.5;
@@ -398,6 +404,25 @@ impl LoadEffect {
         }
     }
 
+    /// The shortest usual stroke in which it is told from a spring: by the distance over which it builds up; 0 if it does so at once
+    /// or over a speed.
+    pub(super) fn needs_stroke(&self, shapes: &[f64]) -> f64 {
+        let (Law::Guide(law) | Law::Bearing(law)) = &self.effect.law else {
+            return 0.0;
+        };
+        let is_a_form = |shape: &Shape| shape.choice && shape.continuous;
+        let ratio = match self.shapes.iter().any(is_a_form) {
+            true => STROKE_TO_LEVEL,
+            false => STROKE_TO_LOOP,
+        };
+        match (law.reversal)(&self.values(shapes, &[])) {
+            Some(Reversal::OverDistance(distance) | Reversal::BoucWen(distance)) => {
+                ratio * distance
+            }
+            _ => 0.0,
+        }
+    }
+
     /// Whether a part of it (an excess at low speed) is gone before it has [`REACHED`] its level.
     pub(super) fn fades_as_it_turns(&self, law: &Guide, speed: f64, shapes: &[f64]) -> bool {
         let is_gone = |k: usize| {
@@ -488,5 +513,20 @@ mod tests {
             stribeck.fades_as_it_turns(law, speed, &shapes)
         };
         assert_eq!([0.002, 0.02].map(fades), [false, true]);
+    }
+
+    /// Dry friction that builds up over half a millimetre has its level after two; a loop of hysteresis shows in a stroke of its
+    /// length; what turns round at once does in any.
+    #[test]
+    fn a_friction_that_builds_up_needs_a_stroke() {
+        let needs = |id: &str, shapes: &[f64]| {
+            let effect = LoadEffect::find(&Model::default(), id).expect("catalogued");
+            effect.needs_stroke(shapes)
+        };
+        assert!((needs("guide_coulomb", &[0.0, 5e-4, 0.0]) - 2.1e-3).abs() < 1e-12);
+        assert_eq!(needs("guide_coulomb", &[1e-3, 0.0, 0.0]), 0.0);
+        assert_eq!(needs("guide_hysteresis", &[5e-4, 0.0]), 5e-4);
+        assert_eq!(needs("guide_hysteresis", &[5e-4, 1.0]), 5e-4);
+        assert_eq!(needs("cable_stiffness", &[0.0, 0.0]), 0.0);
     }
 }

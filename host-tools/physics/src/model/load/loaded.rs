@@ -38,9 +38,12 @@ impl LoadEffect {
         slopes.collect()
     }
 
-    /// Whether a friction would change its sign over a speed so large that it never reaches its level: it would be a viscous
-    /// one by another name.
+    /// Whether a friction would change its sign over a speed so large that it never reaches its level, or over a distance so long: it
+    /// would be a viscous one, or a spring, by another name.
     pub fn never_reaches_its_level(&self, scene: &Scene, shapes: &[f64]) -> bool {
+        if self.needs_stroke(shapes) > scene.usual_stroke() {
+            return true;
+        }
         let Some((law, speed)) = self.turns_over_speed(shapes) else {
             return false;
         };

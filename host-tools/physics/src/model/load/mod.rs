@@ -5,6 +5,7 @@ mod docked;
 pub mod effects;
 mod filtered;
 mod guide;
+mod guided;
 mod laws;
 pub mod loaded;
 mod scene;

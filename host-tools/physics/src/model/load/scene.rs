@@ -1,11 +1,12 @@
 //! A log's motion with everything that effects of the sensor's load depend on.
 
 use super::column::Column;
+use super::guided::Guided;
 use super::touch::Touch;
 use super::turns::{Followed, angle_about, angles, pose_of, positions};
 use super::{Docked, LoadModel, tip_motion};
-use crate::model::Model;
 use crate::model::prediction::signals::Step;
+use crate::model::{Model, WrenchMeaning};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use softdock_control::frames::{self, Pose, Wrench, orientation_from_abc};
 use softdock_control::wrench::Motion;
@@ -68,28 +69,6 @@ pub struct Scene {
     guided: Arc<[Guided; 3]>,
     /// The nominal model.
     pub model: Model,
-}
-
-/// A point of M on which a guide may act.
-#[derive(Clone, Debug, Default)]
-struct Guided {
-    /// Its velocity along the guide, m/s; of a bearing rad/s.
-    velocity: Vec<f64>,
-    /// Root mean square of it.
-    rms_speed: f64,
-    /// Reading of a force of 1 N along the guide; of a torque of 1 N·m about a bearing.
-    unit: Column,
-}
-
-impl Guided {
-    fn new(velocity: Vec<f64>, unit: Column) -> Self {
-        let squares: f64 = velocity.iter().map(|v| v * v).sum();
-        Self {
-            rms_speed: (squares / velocity.len().max(1) as f64).sqrt(),
-            velocity,
-            unit,
-        }
-    }
 }
 
 /// The matrix that undoes a rotation.
@@ -297,12 +276,13 @@ impl Scene {
             let unit = Column::of(self.len(), |_| {
                 [0.0, 0.0, 0.0, torque.x, torque.y, torque.z]
             });
-            return Guided::new(self.motion.iter().map(along).collect(), unit);
+            let velocity = self.motion.iter().map(along).collect();
+            return Guided::new(velocity, unit, self.cycle_s);
         }
         let at = self.point_of_action(acts_at);
         let along = |n| self.axis.dot(&self.point(n, &at).1);
         let unit = Column::of(self.len(), |n| self.reading_of(n, &at, &self.axis));
-        Guided::new((0..self.len()).map(along).collect(), unit)
+        Guided::new((0..self.len()).map(along).collect(), unit, self.cycle_s)
     }
 
     fn guided(&self, acts_at: f64) -> &Guided {
@@ -365,6 +345,18 @@ impl Scene {
             .iter()
             .map(|at| at.rms_speed)
             .fold(0.0, f64::max)
+    }
+
+    /// The same of the way between reversals, m or rad.
+    pub fn usual_stroke(&self) -> f64 {
+        let each = self.guided.iter().map(|at| at.usual_stroke);
+        each.fold(0.0, f64::max)
+    }
+
+    /// Whether the log alone tells amounts of effects: of a load that never changes a friction of one direction is all, whatever else
+    /// there is.
+    pub fn tells_amounts(&self) -> bool {
+        self.wrench_changes || self.model.sensor.wrench == WrenchMeaning::Free
     }
 
     /// Column of a force along the guide, N in its positive direction.
