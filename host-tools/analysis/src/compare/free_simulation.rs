@@ -18,7 +18,7 @@ use softdock_physics::model::load::{
 };
 use softdock_physics::model::log::Log;
 use softdock_physics::model::prediction::signals::Signals;
-use softdock_physics::model::{Axis, EffectModel, Model};
+use softdock_physics::model::{Axis, EffectModel, Model, WrenchMeaning};
 use softdock_report::number;
 use std::f64::consts::TAU;
 
@@ -42,9 +42,16 @@ pub struct FreeSimulation {
     pub of_velocity: bool,
     /// How long it was simulated, s.
     pub seconds: f64,
+    /// Nothing drives it.
+    pub is_free: bool,
 }
 
 impl FreeSimulation {
+    /// Whether it foretells nothing of the motion.
+    pub(super) fn is_off(&self) -> bool {
+        self.relative > 1.0
+    }
+
     /// As a sentence.
     pub fn words(&self) -> String {
         use super::regime::quantity;
@@ -55,8 +62,8 @@ impl FreeSimulation {
             (true, true) => ("the velocity of ", "rad/s", "change"),
         };
         format!(
-            "Simulated forward from the recorded force alone over {:.1} s, {what}{} is off by {} rms, \
-             {} % of its {whole}.",
+            "Simulated forward {} over {:.1} s, {what}{} is off by {} rms, {} % of its {whole}.",
+            from(self.is_free),
             self.seconds,
             self.axis,
             quantity(self.rms, unit),
@@ -141,9 +148,8 @@ fn run(
     }
     let stays = error < RUN_OFF * RUN_OFF * motion; // not so for NaN
     if !stays {
-        return Err(
-            "Simulated forward from the recorded force alone, the motion runs away.".into(),
-        );
+        let from = from(body.is_free);
+        return Err(format!("Simulated forward {from}, the motion runs away."));
     }
     let count = (log.cycle_count() - FIRST) as f64;
     Ok(FreeSimulation {
@@ -152,7 +158,16 @@ fn run(
         relative: (error / motion).sqrt(),
         of_velocity,
         seconds: (count - 1.0) * log.cycle_s,
+        is_free: body.is_free,
     })
+}
+
+/// What a simulation has to begin with.
+fn from(is_free: bool) -> &'static str {
+    match is_free {
+        true => "from its beginning, without a force,",
+        false => "from the recorded force alone",
+    }
 }
 
 /// A law of the tool, beside the nominal one.
@@ -170,6 +185,8 @@ struct Body {
     start: f64,
     /// Where the log begins, of which the simulation may see a part.
     rest: f64,
+    /// Nothing drives it.
+    is_free: bool,
 }
 
 impl Body {
@@ -190,6 +207,7 @@ impl Body {
             first: log.pose[0],
             start: 0.0,
             rest: 0.0,
+            is_free: model.sensor.wrench == WrenchMeaning::Free,
         };
         body.start = body.at(&log.pose[0], log.whole_turns);
         body.rest = body.at(&pose_of(&log.began.pose), log.began.whole_turns);

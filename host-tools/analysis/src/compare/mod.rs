@@ -195,8 +195,9 @@ pub fn compare(model: &Model, recording: &Recording) -> anyhow::Result<Compariso
     notes.extend(noise::notes(&source, &noise));
     let simulated = free_simulation::simulate(model, &signals).transpose();
     notes.extend(simulated.as_ref().err().cloned());
+    let simulated = simulated.ok().flatten();
     Ok(Comparison {
-        sentence: sentence::whole(&errors, &failures),
+        sentence: sentence::whole(&errors, &failures, simulated.as_ref()),
         at_noise: failures.is_empty(),
         channels: errors.iter().map(AxisError::summary).collect(),
         totals: totals(&prediction, &errors),
@@ -205,7 +206,7 @@ pub fn compare(model: &Model, recording: &Recording) -> anyhow::Result<Compariso
         regimes,
         tests,
         noise,
-        free_simulation: simulated.ok().flatten(),
+        free_simulation: simulated,
         notes,
         contacts: contacts.list.len(),
         cycles: signals.len(),

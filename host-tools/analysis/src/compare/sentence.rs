@@ -3,10 +3,11 @@
 use super::errors::AxisError;
 use super::explain::Explanation;
 use super::failure::Failure;
+use super::free_simulation::FreeSimulation;
 use super::noise::NoiseLevel;
 use super::regime::{Regime, quantity};
 use super::series::ROUND_OFF_SIGMA;
-use softdock_physics::model::{Channel, Model};
+use softdock_physics::model::{Channel, Model, WrenchMeaning};
 use softdock_report::number;
 
 /// Further failures with at least this share of the error are mentioned.
@@ -22,9 +23,13 @@ const ALL: f64 = 0.995;
 const PLACE_SHARE: f64 = 0.5;
 
 /// The whole finding.
-pub(super) fn whole(errors: &[AxisError], failures: &[Failure]) -> String {
+pub(super) fn whole(
+    errors: &[AxisError],
+    failures: &[Failure],
+    forward: Option<&FreeSimulation>,
+) -> String {
     let Some(worst) = failures.first() else {
-        return at_noise(errors);
+        return at_noise(errors, forward);
     };
     let mut text = worst.sentence.clone();
     let others: Vec<String> = failures
@@ -52,7 +57,10 @@ pub(super) fn of_failure(
     found.extend(failure.regime.as_ref().map(Regime::clause));
     found.extend(place(failure));
     let says_offset = failure.regime.as_ref().is_some_and(Regime::says_offset);
-    let explanation = failure.explanation.as_ref();
+    // What is nothing is no multiple of what was predicted.
+    let is_nothing = channel == Channel::Wrench && model.sensor.wrench == WrenchMeaning::Free;
+    let says_nothing = |e: &&Explanation| is_nothing && matches!(e, Explanation::Factor(_));
+    let explanation = failure.explanation.as_ref().filter(|e| !says_nothing(e));
     let new = explanation.filter(|e| !(says_offset && matches!(e, Explanation::Offset(_))));
     found.extend(new.map(|explanation| description(model, failure, explanation)));
     found.extend(coarse(failure, noise));
@@ -103,7 +111,7 @@ fn capitalised(text: &str) -> String {
     first.into_iter().flatten().chain(letters).collect()
 }
 
-fn at_noise(errors: &[AxisError]) -> String {
+fn at_noise(errors: &[AxisError], forward: Option<&FreeSimulation>) -> String {
     if errors.iter().all(|e| e.overall().count == 0) {
         return "Nothing in this recording can be predicted: it holds no measured motion and no \
                 sensor sample."
@@ -129,6 +137,13 @@ fn at_noise(errors: &[AxisError]) -> String {
         let (channel, axis) = (e.channel, e.axis);
         format!(", the largest in {channel} {axis} with {times} times the expected noise")
     });
+    if forward.is_some_and(FreeSimulation::is_off) {
+        return format!(
+            "Instant by instant every error is at the noise{largest}; simulated forward the model is off by more than the motion. \
+             Either the noise adds up to that, or something is missing that is smaller than the noise of an instant: `softdock \
+             diagnose` weighs all instants together."
+        );
+    }
     format!("The model agrees with the recording: every error is at the noise{largest}.")
 }
 

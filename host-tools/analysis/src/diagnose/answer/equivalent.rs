@@ -2,6 +2,7 @@
 
 use crate::diagnose::finding::{Equivalent, Estimate, Parameters};
 use crate::diagnose::named::Named;
+use softdock_report::number;
 use softdock_statistics::DEVIATIONS_95;
 
 /// The effect of the catalogue that is the same as some of the named ones.
@@ -67,10 +68,10 @@ fn friction_by_direction(coulomb: &Named, offset: &Named) -> Option<Equivalent> 
     }
     let sentence = format!(
         "guide_coulomb and guide_offset together are the same as a friction that differs by \
-         direction (guide_asymmetry): {:.3} {unit} forwards and {:.3} {unit} backwards. No log can tell one \
+         direction (guide_asymmetry): {} {unit} forwards and {} {unit} backwards. No log can tell one \
          from the other; who knows the guide can.",
-        forward.value,
-        backward.value,
+        number::significant(forward.value, 4),
+        number::significant(backward.value, 4),
         unit = dry.unit,
     );
     let parameters = [("forward", forward), ("backward", backward)];
