@@ -18,6 +18,29 @@ const MAPPING: &str = r#"
     filter = { cutoff_hz = 8.0, order = 4, trim_s = 0.3 }
 "#;
 
+const SPRING: &str = r#"
+    files = { train = "a.csv", test = "b.csv" }
+    starter = { wrench = "free", gravity_m_s2 = [0.0, 0.0, 0.0] }
+    time = { column = "t" }
+    position = { x = "x" }
+    executed_velocity = { derive = true }
+    filter = { cutoff_hz = 2.0, order = 4, trim_s = 1.0 }
+"#;
+
+/// A table of 60 s at 20 Hz of a mass on a spring, by its mass 1/s², that swings about a place, m, from 0.4 mm on; it loses half of
+/// that in 21 s.
+fn on_a_spring(stiffness: f64, rests_at: f64, seed: u64) -> String {
+    const DAMPING: f64 = 0.065;
+    let rate = (stiffness - DAMPING * DAMPING / 4.0).sqrt();
+    let mut random = RandomStream::new(seed, 0);
+    let noise: Vec<f64> = (0..1200).map(|_| 2e-7 * random.normal()).collect();
+    table("t,x", noise.len(), |n| {
+        let t = 0.05 * n;
+        let swing = 4e-4 * (-0.5 * DAMPING * t).exp() * (rate * t).cos();
+        format!("{t},{}", rests_at + swing + noise[n as usize])
+    })
+}
+
 /// A table of 8 s at 100 Hz that begins with this angle, rad, at rest; `off`: how much the encoder is off, rad.
 fn swing([weight, viscous, dry]: [f64; 3], off: f64, first: f64, seed: u64) -> String {
     const STEPS: usize = 200;
@@ -131,4 +154,69 @@ fn what_swings_freely_has_no_force() {
     ];
     let refused = imported("free_swing_driven", &mapping, &files).unwrap_err();
     assert!(refused.contains("expected no [wrench]"), "{refused}");
+}
+
+/// A dry friction that builds up over half a millimetre, as one may, would be a spring to a swing that is no longer.
+#[test]
+fn a_short_swing_has_a_spring_and_no_friction_in_its_place() {
+    let files = [
+        ("a.csv", on_a_spring(4.9, 0.0088, 1)),
+        ("b.csv", on_a_spring(4.9, 0.0088, 2)),
+    ];
+    let logs = imported("short_swing", SPRING, &files).unwrap();
+    let model = started(&logs);
+    let found = diagnose(&model, &[&logs.train[0]], &[&logs.test[0]], &|_, _| {}).unwrap();
+    let found = found.diagnosis;
+    assert!(
+        found.effects.contains(&"cable_stiffness".to_owned()),
+        "{}",
+        found.sentence
+    );
+    let stiffness = &found.parameters["cable_stiffness"]["stiffness_n_per_m"];
+    assert!((stiffness.value / 4.9 - 1.0).abs() < 0.03, "{stiffness:?}");
+}
+
+/// Two springs, each of which rests elsewhere: what is common to both logs is neither.
+#[test]
+fn logs_of_two_springs_disagree_about_the_spring() {
+    let files = [
+        ("a.csv", on_a_spring(4.9, 0.0088, 1)),
+        ("b.csv", on_a_spring(9.8, 0.0021, 2)),
+    ];
+    let logs = imported("two_springs", SPRING, &files).unwrap();
+    let model = started(&logs);
+    let found = diagnose(&model, &[&logs.train[0]], &[&logs.test[0]], &|_, _| {}).unwrap();
+    let found = found.diagnosis;
+    assert_eq!(found.verdict, Verdict::LogsDisagree, "{}", found.sentence);
+    assert!(
+        found.sentence.contains("Restoring spring"),
+        "{}",
+        found.sentence
+    );
+    let amounts = found
+        .notes
+        .iter()
+        .find(|note| note.contains("each log alone"));
+    let amounts = amounts.expect("the amounts of each log");
+    assert!(
+        amounts.contains("the fit 4.9") && amounts.contains("--test 9."),
+        "{amounts}"
+    );
+}
+
+/// An empty model of a slow swing: in an instant its force is less than what the noise of the position makes.
+#[test]
+fn what_is_at_the_noise_of_an_instant_may_foretell_no_motion() {
+    let files = [
+        ("a.csv", on_a_spring(4.9, 0.0, 1)),
+        ("b.csv", on_a_spring(4.9, 0.0, 2)),
+    ];
+    let logs = imported("slow_swing", SPRING, &files).unwrap();
+    let mut model = started(&logs);
+    model.noise.position_m = 1e-3;
+    let said = compare(&model, &logs.test[0]).unwrap().sentence;
+    assert!(
+        said.starts_with("Instant by instant every error is at the noise"),
+        "{said}"
+    );
 }

@@ -101,10 +101,11 @@ pub(crate) fn wrench_stage(
         !is_tried || (is_shape(id) && !question.tries_shapes())
     };
     let is_whole = question.among.is_none() && question.only.is_none();
+    let tell_amounts = prepared.logs.iter().all(|log| log.scene.tells_amounts());
     let ask = Ask {
         excluded: &excluded,
         forced: question.forced,
-        each_log: is_whole && question.beside.is_none() && !question.of_one_log,
+        each_log: is_whole && tell_amounts && question.beside.is_none() && !question.of_one_log,
         watch: question.watch,
     };
     let mut found = match question.in_place_of {

@@ -46,7 +46,7 @@ impl Disagreement {
 
     /// Whether all logs show what differs in the same sense: a weight that hangs up in one log and down in another is a form of
     /// something else that is left.
-    fn is_of_all(&self) -> bool {
+    pub(super) fn is_of_all(&self) -> bool {
         self.units_that_differ().all(|unit| {
             let in_one_sense = |[one, other]: [usize; 2]| self.product(unit, one, other) > 0.0;
             self.pairs().all(in_one_sense)

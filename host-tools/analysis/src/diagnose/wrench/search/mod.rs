@@ -11,6 +11,7 @@ mod in_time;
 pub(crate) mod model_selection;
 pub(crate) mod other_sign;
 mod own_constant;
+mod own_effect;
 
 use super::regression::fit::{fitted_to, tested};
 use super::regression::fitted::Fitted;
@@ -275,8 +276,12 @@ impl Work<'_> {
         let best = accepted.as_ref().or(best.as_ref());
         let constant = best.filter(|_| ask.each_log);
         let constant = constant.and_then(|best| self.own_constant(best));
-        let disagreeing = match constant {
-            Some(constant) => vec![constant],
+        let own = constant.or_else(|| {
+            let asked = ask.each_log.then_some(());
+            asked.and_then(|()| self.own_effect(best))
+        });
+        let disagreeing = match own {
+            Some(own) => vec![own],
             None if ask.each_log => self.disagreeing(accepted.as_ref()),
             None => Vec::new(),
         };
