@@ -306,59 +306,6 @@ fn a_friction_that_builds_up_over_centimetres_is_fitted_beyond_the_search() {
     assert!(over.value > 0.0105, "{over:?}");
 }
 
-/// An axis that follows steps of its command as a damped second order does, in part by its position, of which the catalogue knows
-/// nothing: a delay and limits together leave more, with more parameters.
-#[test]
-fn a_servo_is_not_taken_apart_where_more_is_left_than_noise() {
-    const SERVO: (f64, f64) = (8.6, 0.89);
-    let follows = |ripple: f64, seconds: f64, phase: f64, seed: u64| {
-        let rig = OneAxis {
-            cycle_s: 0.004,
-            turns: false,
-            swings: [(0.0, 1.0); 3],
-            noise: (0.0, 0.0),
-            late_s: 0.0,
-        };
-        let mut recording = rig.record(seconds, 0.0, seed, |_| 0.0);
-        let [mut x, mut y, mut rate] = [0.0; 3];
-        for (n, cycle) in recording.cycles.iter_mut().enumerate() {
-            let t = rig.cycle_s * n as f64 + phase;
-            let sent = 0.02 * (0.9 * t).sin().signum() + 0.015 * (0.37 * t).cos().signum();
-            for _ in 0..40 {
-                let step_s = rig.cycle_s / 40.0;
-                rate += step_s * (SERVO.0.powi(2) * (sent - y) - 2.0 * SERVO.1 * SERVO.0 * rate);
-                y += step_s * rate;
-            }
-            let executed = y * (1.0 + ripple * (300.0 * x).sin());
-            x += rig.cycle_s * executed;
-            cycle.trace.sent_velocity[0] = sent;
-            cycle.trace.executed_velocity[0] = executed;
-            // Without a sensor there is no error of it.
-            cycle.inputs.sensor.wrench = [f64::NAN; 6];
-            cycle.trace.pose = [x, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
-        }
-        recording
-    };
-    let model = "[rig]\nactive_axes = [\"x\"]\n[noise]\nvelocity_m_s = 5e-5\nposition_m = 1e-7\n";
-    let model = Model::from_toml(model, "model.toml").unwrap();
-    for (ripple, is_left) in [(0.02, 0.0), (0.1, 0.02)] {
-        let [train, test] = [
-            follows(ripple, 20.0, 0.0, 1),
-            follows(ripple, 14.0, 31.0, 2),
-        ];
-        let found = diagnose(&model, &[&train], &[&test], &|_, _| {}).unwrap();
-        let (found, after) = (found.diagnosis, found.after);
-        assert_eq!(found.effects, ["second_order_servo"], "{}", found.sentence);
-        assert!(!found.sentence.contains("NaN"), "{}", found.sentence);
-        let hz = &found.parameters["second_order_servo"]["frequency_hz"];
-        assert!((hz.value / 1.369 - 1.0).abs() < 0.05, "{hz:?}");
-        assert!(found.remainder.share >= is_left, "{}", found.sentence);
-        let again = diagnose(&after, &[&train], &[&test], &|_, _| {}).unwrap();
-        let again = again.diagnosis;
-        assert_eq!(again.verdict, Verdict::NothingMissing, "{}", again.sentence);
-    }
-}
-
 /// A motor of 0.004 kg·m² and 0.07 N·m·s/rad starts under torques that never change in their logs; the speed is a mean over 50 ms. When
 /// such a torque was told nobody knows: a delay would be worth the start of each log, which it leaves unpredicted.
 #[test]

@@ -25,5 +25,6 @@ mod one_place;
 mod own_hypothesis;
 mod parts_of_logs;
 mod real_data;
+mod servo;
 mod tables;
 mod valve;

@@ -140,11 +140,17 @@ pub(super) fn is_a_servo(candidate: &Candidate) -> bool {
 /// A damped second order imitates delay, lag and limits together: it is a cause only where it leaves
 /// nothing but noise, or less than these. A structure rings.
 pub(super) fn is_a_cause(candidate: &Candidate, cost: &Cost<'_>) -> bool {
+    let is_servo = |term: &Term| matches!(term.stage, Stage::Servo | Stage::ServoForLag);
+    let servo = candidate.terms.iter().any(is_servo);
+    rings(candidate) && (!servo || level(candidate.chi2, cost) < AT_NOISE)
+}
+
+/// Whether a mode, if it has one, rings.
+pub(super) fn rings(candidate: &Candidate) -> bool {
     /// Damping ratio up to which a mode rings.
     const RINGS: f64 = 0.25;
-    candidate.terms.iter().all(|term| match term.stage {
-        Stage::Servo | Stage::ServoForLag => level(candidate.chi2, cost) < AT_NOISE,
-        Stage::Resonance => term.values.get(1).is_some_and(|damping| *damping < RINGS),
-        _ => true,
+    let mut modes = candidate.terms.iter();
+    modes.all(|term| {
+        term.stage != Stage::Resonance || term.values.get(1).is_some_and(|damping| *damping < RINGS)
     })
 }

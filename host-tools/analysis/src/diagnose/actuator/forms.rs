@@ -1,19 +1,26 @@
-//! Forms of an effect: the same one at another place of the chain, or with another begin or end.
+//! Forms of an effect: the same one at another place of the chain, with another begin or end, or the effect that goes on with the same
+//! equation where its range ends.
 
 use super::candidate::Candidate;
 use super::cost::{Cost, Term};
 use super::refine::refined;
+use super::tried::{at_an_end, specs};
 use rayon::prelude::*;
 use softdock_physics::model::stage::Stage;
 
 /// The same effects in other forms, one effect changed at a time; a form that is best for an effect
 /// alone need not be the best beside another.
-pub(super) fn other_forms(candidate: &Candidate, cost: &Cost<'_>) -> Vec<Candidate> {
-    let stages = candidate.terms.iter().map(|t| t.stage);
+pub(super) fn other_forms(
+    candidate: &Candidate,
+    cost: &Cost<'_>,
+    excluded: &dyn Fn(&str) -> bool,
+) -> Vec<Candidate> {
     let mut others: Vec<Vec<Term>> = Vec::new();
-    for from in stages {
-        let forms = Stage::ALL.iter().filter(|s| s.id() == from.id());
-        for to in forms.filter(|s| **s != from) {
+    for term in &candidate.terms {
+        let from = term.stage;
+        let forms = Stage::ALL.iter().filter(|to| to.id() == from.id());
+        let beyond = goes_on_as(term, cost).filter(|to| !excluded(to.id()));
+        for to in forms.chain(&beyond).filter(|to| **to != from) {
             let terms: Vec<Term> = candidate
                 .terms
                 .iter()
@@ -31,6 +38,17 @@ pub(super) fn other_forms(candidate: &Candidate, cost: &Cost<'_>) -> Vec<Candida
             Candidate::new(terms, cost)
         })
         .collect()
+}
+
+/// The stage that is the same beyond the damping with which a search ends.
+fn goes_on_as(term: &Term, cost: &Cost<'_>) -> Option<Stage> {
+    let damping = specs(term.stage, &cost.scale(&term.axes)).get(1).copied()?;
+    let ends = at_an_end(term.stage, &damping, *term.values.get(1)?);
+    match (term.stage, ends) {
+        (Stage::Servo | Stage::ServoForLag, [true, _]) => Some(Stage::Resonance),
+        (Stage::Resonance, [_, true]) => Some(Stage::Servo),
+        _ => None,
+    }
 }
 
 fn exchange(term: &Term, from: Stage, to: Stage) -> Term {

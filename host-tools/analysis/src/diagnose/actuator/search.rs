@@ -4,7 +4,9 @@
 //! best is added to, exchanged and taken back one stage at a time as long as the evidence rises.
 
 use super::alone::{NEGLIGIBLE_GAIN, best_single, scopes};
-use super::candidate::{AT_NOISE, Candidate, Search, is_a_cause, is_a_gain, is_a_servo, level};
+use super::candidate::{
+    AT_NOISE, Candidate, Search, is_a_cause, is_a_gain, is_a_servo, level, rings,
+};
 use super::cost::{Cost, Term};
 use super::forms::other_forms;
 use super::pairs::best_pair;
@@ -86,8 +88,14 @@ fn searched(cost: &Cost<'_>, ask: &Ask<'_>) -> Search {
     }
     let mut equal_forms = Vec::new();
     if let Some(candidate) = &mut accepted {
-        equal_forms = choose_form(candidate, cost);
+        let ids = candidate.ids();
+        equal_forms = choose_form(candidate, cost, ask.excluded);
         prefer_exact_nominal(candidate, cost);
+        // Beside what goes on beyond the end of a search others may be worth more.
+        if candidate.ids() != ids && !ask.alone {
+            let more = climbed(candidate.clone(), &singles, &scopes, cost, ask);
+            accepted = pruned(more, &nominal, cost);
+        }
     }
     let support = accepted
         .iter()
@@ -137,13 +145,22 @@ fn climbed(
         let others = others.filter_map(|c| Some(c.terms.first()?.stage));
         // A gain beyond a dead zone explains little without it.
         let of_zone = |stage: Stage| now.has(Stage::DeadZone) && is_a_gain(stage);
-        let stages: Vec<Stage> = others
+        let mut stages: Vec<Stage> = others
             .enumerate()
             .filter(|(place, stage)| *place < TRIED_BESIDE || of_zone(*stage))
             .map(|(_, stage)| stage)
             .collect();
+        // A mode that imitates a delay alone may ring behind it; among many others it would imitate what is left of them.
+        if stages.is_empty() {
+            let modes = singles.iter().filter(|c| !rings(c)).filter(new);
+            stages.extend(modes.filter_map(|c| Some(c.terms.first()?.stage)));
+        }
         let beside = |stage: &Stage| best_single(*stage, scopes, cost, &now.terms, ask.excluded);
-        let more: Vec<Candidate> = stages.par_iter().filter_map(beside).collect();
+        let mut more: Vec<Candidate> = stages.par_iter().filter_map(beside).collect();
+        more.extend(the_other_way_round(
+            &now, singles, &stages, scopes, cost, ask,
+        ));
+        more.retain(rings);
         let best = more
             .into_iter()
             .min_by(|a, b| a.priced(cost).total_cmp(&b.priced(cost)));
@@ -153,6 +170,33 @@ fn climbed(
         }
     }
     now
+}
+
+/// A stage of several parameters beside each other one as that is best alone: of a mode that rings behind a delay frequency and damping
+/// are found behind it, and not alone.
+fn the_other_way_round(
+    now: &Candidate,
+    singles: &[Candidate],
+    others: &[Stage],
+    scopes: &[[bool; 6]],
+    cost: &Cost<'_>,
+    ask: &Ask<'_>,
+) -> Vec<Candidate> {
+    let [only] = &now.terms[..] else {
+        return Vec::new();
+    };
+    if only.values.len() < 2 {
+        return Vec::new();
+    }
+    let is_other = |c: &&Candidate| match &c.terms[..] {
+        [other] => others.contains(&other.stage),
+        _ => false,
+    };
+    let others: Vec<&Candidate> = singles.iter().filter(is_other).collect();
+    let others = others.into_par_iter();
+    others
+        .filter_map(|c| best_single(only.stage, scopes, cost, &c.terms, ask.excluded))
+        .collect()
 }
 
 /// What is left without one effect, with the others at their best.
@@ -268,9 +312,13 @@ fn of_fit(candidate: Candidate, cost: &Cost<'_>, fitted: usize) -> Candidate {
     Candidate::new(terms, cost)
 }
 
-/// Takes the form that explains the logs best; returns those that are not told from it.
-fn choose_form(candidate: &mut Candidate, cost: &Cost<'_>) -> Vec<Candidate> {
-    let mut others = other_forms(candidate, cost);
+/// Takes the form that explains the logs best; returns those of the same effects that are not told from it.
+fn choose_form(
+    candidate: &mut Candidate,
+    cost: &Cost<'_>,
+    excluded: &dyn Fn(&str) -> bool,
+) -> Vec<Candidate> {
+    let mut others = other_forms(candidate, cost, excluded);
     others.sort_by(|a, b| a.chi2.total_cmp(&b.chi2));
     if let Some(best) = others.first_mut()
         && best.chi2 < candidate.chi2
@@ -280,7 +328,7 @@ fn choose_form(candidate: &mut Candidate, cost: &Cost<'_>) -> Vec<Candidate> {
     // In units of the noise that the best form leaves.
     let noise = (candidate.chi2 / cost.count().max(1) as f64).max(1.0);
     let as_good = candidate.chi2 + TOLD_APART * noise;
-    others.retain(|other| other.chi2 < as_good);
+    others.retain(|other| other.chi2 < as_good && other.ids() == candidate.ids());
     others
 }
 

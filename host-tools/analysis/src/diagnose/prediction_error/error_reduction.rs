@@ -228,7 +228,10 @@ impl<'a> Known<'a> {
             leaves_structure: wrench.is_some_and(|w| w.beside_remainder.is_some()),
             in_rounds: wrench.is_some_and(|w| !w.earlier.0.is_empty()),
             at_an_end: asked && found.iter().any(is_at_end),
-            can_foretell: wrench.is_some_and(WrenchFinding::can_foretell),
+            can_foretell: match wrench {
+                Some(wrench) => wrench.can_foretell(),
+                None => recordings.fitted < recordings.all.len(),
+            },
             may_be_form: may_be_form(stages),
             found,
         }

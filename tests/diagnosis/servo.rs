@@ -1,0 +1,146 @@
+//! An axis whose velocity follows its command, with no sensor beside it.
+
+use super::joint::named;
+use softdock_analysis::diagnose::{Report, Verdict, diagnose};
+use softdock_io::recording::Recording;
+use softdock_physics::model::Model;
+use softdock_tests::one_axis::OneAxis;
+
+const MODEL: &str =
+    "[rig]\nactive_axes = [\"x\"]\n[noise]\nvelocity_m_s = 5e-5\nposition_m = 1e-7\n";
+
+/// Steps of two sizes, m/s.
+fn steps(t: f64) -> f64 {
+    0.02 * (0.9 * t).sin().signum() + 0.015 * (0.37 * t).cos().signum()
+}
+
+/// A damped second order behind a delay.
+#[derive(Clone, Copy)]
+struct Servo {
+    late_s: f64,
+    /// rad/s, and damping ratio.
+    response: (f64, f64),
+    gain: f64,
+    /// Part of the velocity that follows the position, of which the catalogue knows nothing.
+    ripple: f64,
+}
+
+impl Servo {
+    /// What it does with [`steps`] from a time on: poses, and velocities that are their differences.
+    fn follows(self, seconds: f64, from_s: f64) -> Recording {
+        const CUTS: u8 = 40;
+        let rig = OneAxis {
+            cycle_s: 0.004,
+            turns: false,
+            swings: [(0.0, 1.0); 3],
+            noise: (0.0, 0.0),
+            late_s: 0.0,
+        };
+        let mut recording = rig.record(seconds, 0.0, 1, |_| 0.0);
+        let step_s = rig.cycle_s / f64::from(CUTS);
+        let (rate, damping) = self.response;
+        let [mut x, mut y, mut slope, mut executed] = [0.0; 4];
+        for (n, cycle) in recording.cycles.iter_mut().enumerate() {
+            let t = rig.cycle_s * n as f64 + from_s;
+            cycle.trace.sent_velocity[0] = steps(t);
+            // Where it is when a velocity is sent, and how it came there.
+            cycle.trace.executed_velocity[0] = executed;
+            cycle.trace.pose = [x, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+            // Without a sensor there is no error of it.
+            cycle.inputs.sensor.wrench = [f64::NAN; 6];
+            // It rests until the first command has come.
+            let came = t - self.late_s >= from_s;
+            let sent = if came {
+                self.gain * steps(t - self.late_s)
+            } else {
+                0.0
+            };
+            let before = x;
+            for _ in 0..CUTS {
+                slope += step_s * (rate.powi(2) * (sent - y) - 2.0 * damping * rate * slope);
+                y += step_s * slope;
+                x += step_s * y * (1.0 + self.ripple * (300.0 * x).sin());
+            }
+            executed = (x - before) / rig.cycle_s;
+        }
+        recording
+    }
+
+    fn logs(self, seconds: f64) -> [Recording; 2] {
+        [
+            self.follows(seconds, 0.0),
+            self.follows(0.7 * seconds, 31.0),
+        ]
+    }
+}
+
+fn diagnosed(model: &Model, [train, test]: &[Recording; 2]) -> Report {
+    diagnose(model, &[train], &[test], &|_, _| {}).unwrap()
+}
+
+/// A delay and limits together leave more, with more parameters.
+#[test]
+fn a_servo_is_not_taken_apart_where_more_is_left_than_noise() {
+    let model = Model::from_toml(MODEL, "model.toml").unwrap();
+    for (ripple, is_left) in [(0.02, 0.0), (0.1, 0.02)] {
+        let servo = Servo {
+            late_s: 0.0,
+            response: (8.6, 0.89),
+            gain: 1.0,
+            ripple,
+        };
+        let logs = servo.logs(20.0);
+        let found = diagnosed(&model, &logs);
+        let (found, after) = (found.diagnosis, found.after);
+        assert_eq!(found.effects, ["second_order_servo"], "{}", found.sentence);
+        assert!(!found.sentence.contains("NaN"), "{}", found.sentence);
+        let hz = &found.parameters["second_order_servo"]["frequency_hz"];
+        assert!((hz.value / 1.369 - 1.0).abs() < 0.05, "{hz:?}");
+        assert!(found.remainder.share >= is_left, "{}", found.sentence);
+        let again = diagnosed(&after, &logs).diagnosis;
+        assert_eq!(again.verdict, Verdict::NothingMissing, "{}", again.sentence);
+    }
+}
+
+/// A hoist: its mode is damped less than any servo, and alone it would be told by neither of the two.
+#[test]
+fn a_mode_that_rings_behind_a_delay_is_no_servo_at_the_end_of_its_range() {
+    let hoist = Servo {
+        late_s: 0.072,
+        response: (22.5, 0.11),
+        gain: 1.0,
+        ripple: 0.005,
+    };
+    let model = Model::from_toml(MODEL, "model.toml").unwrap();
+    let found = diagnosed(&model, &hoist.logs(12.0)).diagnosis;
+    let ids = ["actuation_delay", "structural_resonance"];
+    assert_eq!(named(&found), ids, "{}", found.sentence);
+    for (id, name, truth) in [
+        ("actuation_delay", "extra_delay_s", hoist.late_s),
+        ("structural_resonance", "frequency_hz", 3.581),
+        ("structural_resonance", "damping_ratio", hoist.response.1),
+    ] {
+        let said = &found.parameters[id][name];
+        assert!((said.value / truth - 1.0).abs() < 0.05, "{id}: {said:?}");
+    }
+}
+
+/// Where positions alone were measured, what is too small may be a gain or a clock: a gain is the plainer.
+#[test]
+fn a_gain_is_no_clock_where_nothing_is_felt() {
+    let small = Servo {
+        late_s: 0.0,
+        response: (60.0, 0.9),
+        gain: 0.959,
+        ripple: 0.03,
+    };
+    let model = Model::from_toml(MODEL, "model.toml").unwrap();
+    let found = diagnosed(&model, &small.logs(8.0)).diagnosis;
+    let gain = &found.parameters["velocity_gain"]["gain_error"];
+    assert!((gain.value + 0.041).abs() < 0.004, "{gain:?}");
+    assert!(
+        !found.parameters.contains_key("clock_rate"),
+        "{}",
+        found.sentence
+    );
+}
