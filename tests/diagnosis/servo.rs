@@ -89,7 +89,7 @@ fn a_servo_is_not_taken_apart_where_more_is_left_than_noise() {
             gain: 1.0,
             ripple,
         };
-        let logs = servo.logs(20.0);
+        let logs = servo.logs(12.0);
         let found = diagnosed(&model, &logs);
         let (found, after) = (found.diagnosis, found.after);
         assert_eq!(found.effects, ["second_order_servo"], "{}", found.sentence);

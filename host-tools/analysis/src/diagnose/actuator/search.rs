@@ -172,8 +172,8 @@ fn climbed(
     now
 }
 
-/// A stage of several parameters beside each other one as that is best alone: of a mode that rings behind a delay frequency and damping
-/// are found behind it, and not alone.
+/// A mode beside each other stage as that is best alone: of one that rings behind a delay frequency and damping are found behind it, and
+/// not alone.
 fn the_other_way_round(
     now: &Candidate,
     singles: &[Candidate],
@@ -185,7 +185,7 @@ fn the_other_way_round(
     let [only] = &now.terms[..] else {
         return Vec::new();
     };
-    if only.values.len() < 2 {
+    if only.stage != Stage::Resonance {
         return Vec::new();
     }
     let is_other = |c: &&Candidate| match &c.terms[..] {
