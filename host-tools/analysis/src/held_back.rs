@@ -27,8 +27,14 @@ pub(crate) fn all_held_back(logs: &[&Recording]) -> Option<Vec<(Recording, Recor
 fn moves_enough((beginning, end): &(Recording, Recording)) -> bool {
     /// Least motion of the end, as a share of that of the beginning.
     const ENOUGH: f64 = 0.1;
-    let commanded = is_commanded(&beginning.cycles);
-    motion(&end.cycles, commanded) > ENOUGH * motion(&beginning.cycles, commanded)
+    let of = |commanded: bool| [beginning, end].map(|part| motion(&part.cycles, commanded));
+    let is_enough = |[of_beginning, of_end]: [f64; 2]| of_end > ENOUGH * of_beginning;
+    let moved = of(false);
+    match is_commanded(&beginning.cycles) {
+        // What stands at the end of its travel follows no command.
+        true => is_enough(of(true)) && (moved[0] == 0.0 || is_enough(moved)),
+        false => is_enough(moved),
+    }
 }
 
 /// Whether any velocity was sent.
@@ -122,5 +128,24 @@ mod tests {
         ] {
             assert!(!are_of_one_log(fitted, unseen));
         }
+    }
+
+    /// A command that goes on while what it moves stands at the end of its travel.
+    #[test]
+    fn what_stands_while_it_is_commanded_is_not_held_back() {
+        let stands_from = |row: u32| {
+            let cycle = |n: u32| {
+                let mut cycle = CycleRecord::default();
+                cycle.trace.sent_velocity[0] = (0.1 * f64::from(n)).sin();
+                cycle.trace.pose[0] = (0.1 * f64::from(n.min(row))).cos();
+                cycle
+            };
+            let log = Recording {
+                cycles: (0..1000).map(cycle).collect(),
+                ..Recording::default()
+            };
+            all_held_back(&[&log]).is_none()
+        };
+        assert!(stands_from(590) && !stands_from(1000));
     }
 }
