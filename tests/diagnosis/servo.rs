@@ -144,3 +144,20 @@ fn a_gain_is_no_clock_where_nothing_is_felt() {
         found.sentence
     );
 }
+
+/// Of what no law describes something is left in any case; beside it one log moves twice as far as the other.
+#[test]
+fn logs_of_two_gains_disagree_beside_what_no_law_describes() {
+    let with = |gain: f64| Servo {
+        late_s: 0.02,
+        response: (60.0, 0.9),
+        gain,
+        ripple: 0.15,
+    };
+    let logs = [with(0.5).follows(8.0, 0.0), with(1.0).follows(6.0, 31.0)];
+    let model = Model::from_toml(MODEL, "model.toml").unwrap();
+    let found = diagnosed(&model, &logs).diagnosis;
+    assert_eq!(found.verdict, Verdict::LogsDisagree, "{}", found.sentence);
+    let of_each = |note: &String| note.contains("each log alone: those of the fit");
+    assert!(found.notes.iter().any(of_each), "{:?}", found.notes);
+}

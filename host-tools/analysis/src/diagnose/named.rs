@@ -48,6 +48,17 @@ impl Named {
         LoadEffect::find(model, &self.effect.id).is_none_or(|effect| effect.is_told(is_sure))
     }
 
+    /// Whether the intervals of all its amounts hold 0, whatever a shape of it says.
+    pub(crate) fn amounts_may_be_0(&self, model: &Model) -> bool {
+        let Some(effect) = LoadEffect::find(model, &self.effect.id) else {
+            return false;
+        };
+        let amounts = effect.coefficients.iter();
+        let amounts = amounts.filter_map(|amount| self.estimates.get(amount.name));
+        let amounts: Vec<&Estimate> = amounts.collect();
+        !amounts.is_empty() && amounts.iter().all(|e| e.low * e.high <= 0.0)
+    }
+
     pub(crate) fn with_support(self, support: Support) -> Self {
         Self { support, ..self }
     }
@@ -292,5 +303,18 @@ mod tests {
             assert!(estimate.low >= 0.0 && estimate.high > 60.0, "{estimate:?}");
             assert_eq!(ended.effect.interval_95[name][0], estimate.low);
         }
+    }
+
+    /// A drift whose time constant is known and whose size may be nothing.
+    #[test]
+    fn a_shape_that_is_told_makes_no_amount() {
+        let model = Model::default();
+        let drift = |force: (f64, f64)| {
+            Named::new("ft_bias_drift", Vec::new())
+                .with("fx_n", force, "N")
+                .with("time_constant_s", (15.0, 4.0), "s")
+        };
+        assert!(!drift((100.0, 20.0)).amounts_may_be_0(&model));
+        assert!(drift((100.0, 110.0)).amounts_may_be_0(&model));
     }
 }

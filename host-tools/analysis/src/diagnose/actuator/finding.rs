@@ -1,12 +1,15 @@
 //! What the search on the executed velocity found.
 
-use super::candidate::{Candidate, Search};
+use super::candidate::Search;
 use super::cost::{Cost, LogCost, Term};
 use super::intervals::{at_their_ends, intervals};
 use super::search::{Ask, search};
+use super::tried::specs;
+use crate::diagnose::evidence::{DIFFERS, MOST};
 use crate::diagnose::logs::Logs;
 use crate::diagnose::noise::structure::Structure;
 use crate::diagnose::question::Question;
+use crate::diagnose::wrench::Disagreement;
 use crate::diagnose::wrench::left::Left;
 use softdock_physics::model::log::Log;
 use softdock_physics::model::{Axis, Channel, Model};
@@ -30,8 +33,8 @@ pub(crate) struct ActuatorFinding {
     pub intervals: Vec<Vec<[f64; 2]>>,
     /// Parameters that stand where their search ends, in words.
     pub at_their_ends: Vec<String>,
-    /// Ids of effects about which the logs disagree.
-    pub disagreeing: Vec<&'static str>,
+    /// Effects about which the logs disagree.
+    pub disagreeing: Vec<Disagreement>,
 }
 
 /// Searches what is between sent and executed velocity; none where nothing is sent or moves. `jitters`: the clock does.
@@ -62,12 +65,15 @@ pub(crate) fn actuator_stage(
     let around = cost.around(found.terms());
     let white = around.white(found.terms());
     let fitted = around.of_logs(|log| log < logs.fitted);
-    // What all logs show beside terms in amounts of their own is something else than a disagreement.
-    let explain = |own: &Vec<Vec<Term>>| !left_apart(own, logs, cost, jitters).any();
-    let disagree = found.apart.as_ref().is_some_and(explain);
-    let disagreeing = found.accepted.iter().filter(|_| disagree);
+    // What all logs show beside terms in amounts of their own is something else than a disagreement, but on machines, which leave
+    // something in any case.
+    let explain = |own: &Vec<Vec<Term>>| {
+        !left_apart(own, logs, cost, jitters).any()
+            || (differ(own, cost) && explain_most(own, found.reached(), cost))
+    };
+    let disagreeing = found.apart.as_ref().filter(|own| explain(own));
     Some(ActuatorFinding {
-        disagreeing: disagreeing.flat_map(Candidate::ids).collect(),
+        disagreeing: disagreeing.map_or_else(Vec::new, |own| disagreements(own)),
         level: cost
             .logs
             .iter()
@@ -82,6 +88,58 @@ pub(crate) fn actuator_stage(
         strongest: found.strongest(cost),
         search: found,
     })
+}
+
+/// The amounts of each log, one entry for an effect: that of its first axes.
+fn disagreements(own: &[Vec<Term>]) -> Vec<Disagreement> {
+    let mut all: Vec<Disagreement> = Vec::new();
+    for (place, term) in own[0].iter().enumerate() {
+        let id = term.stage.id();
+        if all.iter().any(|one| one.id == id) {
+            continue;
+        }
+        let rotation = term.axes[3..].contains(&true);
+        let named = term.stage.parameters(rotation).iter().enumerate();
+        let amounts = named.map(|(k, (name, unit))| {
+            let of_logs = own.iter().map(|terms| terms[place].values[k]);
+            (*name, *unit, of_logs.collect())
+        });
+        all.push(Disagreement {
+            id,
+            amounts: amounts.collect(),
+        });
+    }
+    all
+}
+
+/// Whether terms in amounts of each log's own explain most of what common ones leave.
+fn explain_most(own: &[Vec<Term>], left: f64, cost: &Cost<'_>) -> bool {
+    let each = own.iter().enumerate();
+    let apart: f64 = each
+        .map(|(log, terms)| cost.of_logs(|k| k == log).of(terms))
+        .sum();
+    left - apart > MOST * left
+}
+
+/// Whether an amount of one log is half as large again as that of another, as [`DIFFERS`] asks of a wrench.
+fn differ(own: &[Vec<Term>], cost: &Cost<'_>) -> bool {
+    let ratio = (1.0 + DIFFERS.sqrt()) / (1.0 - DIFFERS.sqrt());
+    let of_term = |place: usize| {
+        let term = &own[0][place];
+        let specs = specs(term.stage, &cost.scale(&term.axes));
+        let mut known = specs.iter().enumerate();
+        known.any(|(k, spec)| {
+            let Some(from) = spec.ratio_from else {
+                return false;
+            };
+            let amounts = own.iter().map(|terms| terms[place].values[k] - from);
+            let (least, most) = amounts.fold((f64::INFINITY, 0.0), |(least, most), amount| {
+                (f64::min(least, amount), f64::max(most, amount))
+            });
+            most > ratio * least
+        })
+    };
+    (0..own[0].len()).any(of_term)
 }
 
 /// What terms leave that each log has in amounts of its own.

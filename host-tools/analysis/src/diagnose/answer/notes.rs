@@ -12,7 +12,7 @@ use crate::diagnose::finding::{Equivalent, NoiseFloor, Verdict};
 use crate::diagnose::named::Named;
 use crate::diagnose::noise::autoregressive::LEAST;
 use crate::diagnose::noise::structure::SLOW_HZ;
-use crate::diagnose::prediction_error::error_reduction::ErrorReduction;
+use crate::diagnose::prediction_error::error_reduction::{ErrorReduction, Refused};
 use crate::diagnose::prediction_error::log_to_log::LogToLog;
 use crate::diagnose::stages::Stages;
 use crate::diagnose::wrench::{Disagreement, PreparedLog, Ripple};
@@ -157,10 +157,11 @@ impl Answer<'_> {
 
     /// What differs from log to log.
     fn of_each_log(&self) -> Vec<String> {
-        let wrench = self.stages.wrench.as_ref();
         match self.verdict {
             Verdict::LogsDisagree => {
-                let all = wrench.iter().flat_map(|w| &w.found.disagreeing);
+                let actuator = self.stages.actuator.iter().flat_map(|a| &a.disagreeing);
+                let wrench = self.stages.wrench.iter().flat_map(|w| &w.found.disagreeing);
+                let all = actuator.chain(wrench);
                 all.flat_map(|one| amounts_of_logs(one, self.fitted))
                     .collect()
             }
@@ -191,7 +192,9 @@ impl Answer<'_> {
                 .unwrap_or("a friction that turns round over a speed");
             format!("{id} is not named: {with} foretells unseen data better without it.")
         });
-        let refused = reduction.refused.iter().map(|(ids, without, with)| {
+        let refused = reduction.refused.iter().map(|refused| {
+            let Refused { ids, errors, of_fit } = refused;
+            let [without, with] = errors;
             let (are, them) = match ids.len() {
                 1 => ("is", "it"),
                 _ => ("are", "them together"),
@@ -200,8 +203,12 @@ impl Answer<'_> {
                 true => "less than a tenth, which may be an error of the form of others",
                 false => "something of another form is there",
             };
+            let data = match of_fit {
+                true => "the logs of the fit",
+                false => "unseen data",
+            };
             format!(
-                "{} {are} not named: with {them} the error on unseen data goes from {without:.2} to {with:.2}; {why}.",
+                "{} {are} not named: with {them} the error on {data} goes from {without:.2} to {with:.2}; {why}.",
                 listed(ids)
             )
         });

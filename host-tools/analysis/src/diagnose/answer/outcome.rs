@@ -49,7 +49,7 @@ pub(crate) fn conclude(
     let after = with_effects(model, named.iter().copied());
     let found: Vec<String> = named.iter().map(|n| n.effect.id.clone()).collect();
     // Beside what is named, what was refused is an error of form, which notes tell. Where nothing is, all of it is left.
-    let refused = reduction.refused.iter().flat_map(|(ids, ..)| ids);
+    let refused = reduction.refused.iter().flat_map(|r| &r.ids);
     let refused = refused.chain(&reduction.undetermined);
     let refused: Vec<&String> = refused.filter(|_| found.is_empty()).collect();
     let left = left_over(model, stages, &predictions, (&named, &refused));

@@ -130,9 +130,8 @@ fn stands_still(model: &Model, stages: &Stages) -> bool {
 fn disagreeing(stages: &Stages) -> Vec<String> {
     let actuator = stages.actuator.iter().flat_map(|a| &a.disagreeing);
     let wrench = stages.wrench.iter().flat_map(|w| &w.found.disagreeing);
-    let wrench = wrench.map(|disagreement| &disagreement.id);
     let body = stages.body.accepted.iter().filter(|fit| fit.disagrees);
-    let all = actuator.chain(wrench).copied();
+    let all = actuator.chain(wrench).map(|disagreement| disagreement.id);
     let all = all.chain(body.map(|fit| fit.id));
     let mut ids: Vec<String> = Vec::new();
     for id in all {

@@ -25,8 +25,8 @@ pub(crate) struct ErrorReduction {
     pub named: Vec<(Named, f64)>,
     /// The error with none, one, two ... of them.
     pub steps: Vec<Step>,
-    /// Effects that are not named, as the error is larger with them together, and the error on unseen data without and with them.
-    pub refused: Vec<(Vec<String>, f64, f64)>,
+    /// Effects that are not named, as the error is larger with them.
+    pub refused: Vec<Refused>,
     /// Error on unseen data with the parameters of the search and with those of least squares, if these were taken.
     pub refitted: Option<[f64; 2]>,
     /// What moves the reading in time and was found by what it foretells.
@@ -35,6 +35,16 @@ pub(crate) struct ErrorReduction {
     pub done_without: Vec<String>,
     /// Effects that are not named, as the intervals of all their parameters hold 0.
     pub undetermined: Vec<String>,
+}
+
+/// Effects with which the error is larger, or not much smaller where they may be errors of form.
+pub(crate) struct Refused {
+    /// Their ids; several if it is so with all of them together.
+    pub ids: Vec<String>,
+    /// The error without and with them.
+    pub errors: [f64; 2],
+    /// It is that of the logs of the fit, to which they were fitted, not that of unseen data.
+    pub of_fit: bool,
 }
 
 impl ErrorReduction {
@@ -330,9 +340,10 @@ impl<'a> Known<'a> {
         }
     }
 
-    /// Takes effects away with which the error is larger, one at a time; and all, if it is larger with all of them together,
-    /// which may cancel each other, or not much smaller where they may be errors of form.
-    fn refuse(&mut self, effects: &mut Vec<usize>) -> anyhow::Result<Vec<(Vec<String>, f64, f64)>> {
+    /// Takes effects away with which the error is larger, that on unseen data or, of amounts whose intervals hold 0, that on the logs to
+    /// which they were fitted, one at a time; and all, if it is larger with all of them together, which may cancel each other, or not
+    /// much smaller where they may be errors of form.
+    fn refuse(&mut self, effects: &mut Vec<usize>) -> anyhow::Result<Vec<Refused>> {
         let mut refused = Vec::new();
         if effects.is_empty() {
             return Ok(refused);
@@ -345,42 +356,66 @@ impl<'a> Known<'a> {
         if all.test > factor * none.test {
             let gone = std::mem::take(effects).into_iter();
             let gone = gone.map(|k| self.all[k].effect.id.clone()).collect();
-            return Ok(vec![(gone, none.test, all.test)]);
+            return Ok(vec![Refused {
+                ids: gone,
+                errors: [none.test, all.test],
+                of_fit: false,
+            }]);
         }
         loop {
-            let with = self.levels(effects)?.test;
-            let mut worst: Option<(usize, f64)> = None;
+            let with = self.levels(effects)?;
+            let mut worst: Option<(usize, Refused)> = None;
             for &k in effects.iter() {
                 let (less, factor) = self.error_without(effects, k)?;
-                if with > factor * less && worst.is_none_or(|worst| less < worst.1) {
-                    worst = Some((k, less));
+                let of_fit = with.test <= factor * less.test;
+                let errors = match of_fit {
+                    true => [less.train, with.train],
+                    false => [less.test, with.test],
+                };
+                // Unseen data first.
+                let is_worse = |worst: &(usize, Refused)| {
+                    let worst = &worst.1;
+                    (!of_fit && worst.of_fit)
+                        || (of_fit == worst.of_fit && errors[0] < worst.errors[0])
+                };
+                // What is fitted by the likelihood may raise that error; where it may be nothing, it does not.
+                let is_nothing = || self.all[k].amounts_may_be_0(self.model);
+                let rises = !of_fit || (with.train > RISES * less.train && is_nothing());
+                if rises && worst.as_ref().is_none_or(is_worse) {
+                    let ids = vec![self.all[k].effect.id.clone()];
+                    let refused = Refused {
+                        ids,
+                        errors,
+                        of_fit,
+                    };
+                    worst = Some((k, refused));
                 }
             }
-            let Some((k, less)) = worst else {
+            let Some((k, worst)) = worst else {
                 return Ok(refused);
             };
-            refused.push((vec![self.all[k].effect.id.clone()], less, with));
+            refused.push(worst);
             *effects = without(effects, k);
             self.refit(effects)?;
         }
     }
 
-    /// Error on unseen data with the others alone, and the factor by which it has to be larger with the effect: as they are, by so much
+    /// Errors with the others alone, and the factor by which that on unseen data has to be larger with the effect: as they are, by so much
     /// that noise does not make it, or, where the likelihood is not that of what is left, with the parameters that they have then and
     /// by anything. What the log of the fit is explained much worse without has to raise the other error by more there, too.
-    fn error_without(&mut self, effects: &[usize], k: usize) -> anyhow::Result<(f64, f64)> {
+    fn error_without(&mut self, effects: &[usize], k: usize) -> anyhow::Result<(Error, f64)> {
         let others = without(effects, k);
         if !(self.is_refitted() && self.can_foretell) {
-            return Ok((self.levels(&others)?.test, RISES));
+            return Ok((self.levels(&others)?, RISES));
         }
         let with = self.levels(effects)?.train;
         let kept = (self.all.clone(), self.refitted);
         self.refit(&others)?;
-        let Error { train, test } = self.levels(&others)?;
+        let less = self.levels(&others)?;
         (self.all, self.refitted) = kept;
         self.predictions.clear();
-        let factor = if train > FORETELLS * with { RISES } else { 1.0 };
-        Ok((test, factor))
+        let much_worse = less.train > FORETELLS * with;
+        Ok((less, if much_worse { RISES } else { 1.0 }))
     }
 
     /// The predictions themselves.
