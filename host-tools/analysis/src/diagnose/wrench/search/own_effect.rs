@@ -19,9 +19,10 @@ struct Beside {
 
 impl Work<'_> {
     /// The effect that explains, in amounts of each log's own, most of what the answer leaves, and of what is left with a common amount
-    /// of it.
+    /// of it. Not asked where the answer leaves no more than noise.
     pub(crate) fn own_effect(&self, accepted: Option<&Tested>) -> Option<Disagreement> {
-        if self.joint.logs.len() < 2 || self.joint.is_rounded() {
+        let is_left = self.joint.has_much_left(accepted.map_or(0.0, |t| t.gain));
+        if self.joint.logs.len() < 2 || self.joint.is_rounded() || !is_left {
             return None;
         }
         let (constants, others): (Vec<usize>, Vec<usize>) =
