@@ -158,7 +158,7 @@ fn what_swings_freely_has_no_force() {
 
 /// A dry friction that builds up over half a millimetre, as one may, would be a spring to a swing that is no longer.
 #[test]
-fn a_short_swing_has_a_spring_and_no_friction_in_its_place() {
+fn a_short_swing_has_its_spring() {
     let files = [
         ("a.csv", on_a_spring(4.9, 0.0088, 1)),
         ("b.csv", on_a_spring(4.9, 0.0088, 2)),

@@ -1,4 +1,4 @@
-//! The motion of one axis, simulated forward from the recorded force alone.
+//! The motion of one axis, simulated forward from the recorded force alone, or from where a free swing begins.
 //!
 //! A comparison predicts the force from the measured motion, one instant at a time. Published models are
 //! judged by the reverse: from where the log begins, the force is the only input, and errors add up.
@@ -46,8 +46,26 @@ pub struct FreeSimulation {
     pub is_free: bool,
 }
 
+/// Why there is no free simulation.
+pub(super) struct NotSimulated {
+    /// In words.
+    pub why: String,
+    /// There is one, and it leaves the motion by far.
+    pub runs_away: bool,
+}
+
+impl NotSimulated {
+    /// Something acts that a simulation of one axis does not have.
+    fn as_asked(why: String) -> Self {
+        Self {
+            why,
+            runs_away: false,
+        }
+    }
+}
+
 impl FreeSimulation {
-    /// Whether it foretells nothing of the motion.
+    /// Whether it is off by more than the motion.
     pub(super) fn is_off(&self) -> bool {
         self.relative > 1.0
     }
@@ -77,7 +95,7 @@ impl FreeSimulation {
 pub(super) fn simulate(
     model: &Model,
     signals: &Signals<'_>,
-) -> Option<Result<FreeSimulation, String>> {
+) -> Option<Result<FreeSimulation, NotSimulated>> {
     let [axis] = model.rig.active_axes[..] else {
         return None;
     };
@@ -92,19 +110,19 @@ pub(super) fn simulate(
     let body = Body::new(model, &log, axis);
     if !model.contact.docking.is_empty() {
         let why = "The motion is not simulated forward: a docking mechanism acts on it.";
-        return Some(Err(why.to_owned()));
+        return Some(Err(NotSimulated::as_asked(why.to_owned())));
     }
     let acting = match Acting::of_model(model) {
         Ok(acting) => acting,
         Err(id) => {
-            return Some(Err(format!(
+            return Some(Err(NotSimulated::as_asked(format!(
                 "The motion is not simulated forward: `{id}` does not act on it alone."
-            )));
+            ))));
         }
     };
     if acting.inertia(&body, &Slide::default()) <= 0.0 {
         let why = "The motion is not simulated forward: nothing in the model has a mass or a moment of inertia along its axis.";
-        return Some(Err(why.to_owned()));
+        return Some(Err(NotSimulated::as_asked(why.to_owned())));
     }
     let velocity = signals.velocity_at_pose(log.first + FIRST)?.get()[axis.index()];
     Some(run(&body, &log, acting, velocity))
@@ -115,7 +133,7 @@ fn run(
     log: &Log,
     mut acting: Acting,
     velocity: f64,
-) -> Result<FreeSimulation, String> {
+) -> Result<FreeSimulation, NotSimulated> {
     let step_s = log.cycle_s / STEPS as f64;
     let input = acting.input(body, log);
     let positions = body.along_axis(log);
@@ -149,7 +167,10 @@ fn run(
     let stays = error < RUN_OFF * RUN_OFF * motion; // not so for NaN
     if !stays {
         let from = from(body.is_free);
-        return Err(format!("Simulated forward {from}, the motion runs away."));
+        return Err(NotSimulated {
+            why: format!("Simulated forward {from}, the motion runs away."),
+            runs_away: motion > 0.0,
+        });
     }
     let count = (log.cycle_count() - FIRST) as f64;
     Ok(FreeSimulation {

@@ -194,10 +194,14 @@ pub fn compare(model: &Model, recording: &Recording) -> anyhow::Result<Compariso
     notes.extend(prediction.notes.iter().cloned());
     notes.extend(noise::notes(&source, &noise));
     let simulated = free_simulation::simulate(model, &signals).transpose();
-    notes.extend(simulated.as_ref().err().cloned());
+    let strays = match &simulated {
+        Ok(free) => free.is_some_and(|free| free.is_off()),
+        Err(none) => none.runs_away,
+    };
+    notes.extend(simulated.as_ref().err().map(|none| none.why.clone()));
     let simulated = simulated.ok().flatten();
     Ok(Comparison {
-        sentence: sentence::whole(&errors, &failures, simulated.as_ref()),
+        sentence: sentence::whole(&errors, &failures, strays),
         at_noise: failures.is_empty(),
         channels: errors.iter().map(AxisError::summary).collect(),
         totals: totals(&prediction, &errors),

@@ -3,7 +3,6 @@
 use super::errors::AxisError;
 use super::explain::Explanation;
 use super::failure::Failure;
-use super::free_simulation::FreeSimulation;
 use super::noise::NoiseLevel;
 use super::regime::{Regime, quantity};
 use super::series::ROUND_OFF_SIGMA;
@@ -22,14 +21,10 @@ const ALL: f64 = 0.995;
 /// Beside a regime, phases with less than this share of the error say nothing new.
 const PLACE_SHARE: f64 = 0.5;
 
-/// The whole finding.
-pub(super) fn whole(
-    errors: &[AxisError],
-    failures: &[Failure],
-    forward: Option<&FreeSimulation>,
-) -> String {
+/// The whole finding; `strays`: simulated forward the model is off by more than the motion.
+pub(super) fn whole(errors: &[AxisError], failures: &[Failure], strays: bool) -> String {
     let Some(worst) = failures.first() else {
-        return at_noise(errors, forward);
+        return at_noise(errors, strays);
     };
     let mut text = worst.sentence.clone();
     let others: Vec<String> = failures
@@ -111,7 +106,7 @@ fn capitalised(text: &str) -> String {
     first.into_iter().flatten().chain(letters).collect()
 }
 
-fn at_noise(errors: &[AxisError], forward: Option<&FreeSimulation>) -> String {
+fn at_noise(errors: &[AxisError], strays: bool) -> String {
     if errors.iter().all(|e| e.overall().count == 0) {
         return "Nothing in this recording can be predicted: it holds no measured motion and no \
                 sensor sample."
@@ -137,7 +132,7 @@ fn at_noise(errors: &[AxisError], forward: Option<&FreeSimulation>) -> String {
         let (channel, axis) = (e.channel, e.axis);
         format!(", the largest in {channel} {axis} with {times} times the expected noise")
     });
-    if forward.is_some_and(FreeSimulation::is_off) {
+    if strays {
         return format!(
             "Instant by instant every error is at the noise{largest}; simulated forward the model is off by more than the motion. \
              Either the noise adds up to that, or something is missing that is smaller than the noise of an instant: `softdock \

@@ -5,7 +5,7 @@ use super::cost::{Cost, LogCost, Term};
 use super::intervals::{at_their_ends, intervals};
 use super::search::{Ask, search};
 use super::tried::specs;
-use crate::diagnose::evidence::{DIFFERS, MOST};
+use crate::diagnose::evidence::DIFFERS;
 use crate::diagnose::logs::Logs;
 use crate::diagnose::noise::structure::Structure;
 use crate::diagnose::question::Question;
@@ -65,15 +65,12 @@ pub(crate) fn actuator_stage(
     let around = cost.around(found.terms());
     let white = around.white(found.terms());
     let fitted = around.of_logs(|log| log < logs.fitted);
-    // What all logs show beside terms in amounts of their own is something else than a disagreement, but on machines, which leave
-    // something in any case.
-    let explain = |own: &Vec<Vec<Term>>| {
-        !left_apart(own, logs, cost, jitters).any()
-            || (differ(own, cost) && explain_most(own, found.reached(), cost))
-    };
-    let disagreeing = found.apart.as_ref().filter(|own| explain(own));
+    let disagreeing = found.accepted.iter().zip(&found.apart);
+    let disagreeing = disagreeing
+        .map(|(common, own)| disagreements(&common.terms, own, logs, cost, jitters))
+        .next();
     Some(ActuatorFinding {
-        disagreeing: disagreeing.map_or_else(Vec::new, |own| disagreements(own)),
+        disagreeing: disagreeing.unwrap_or_default(),
         level: cost
             .logs
             .iter()
@@ -90,56 +87,59 @@ pub(crate) fn actuator_stage(
     })
 }
 
-/// The amounts of each log, one entry for an effect: that of its first axes.
-fn disagreements(own: &[Vec<Term>]) -> Vec<Disagreement> {
-    let mut all: Vec<Disagreement> = Vec::new();
-    for (place, term) in own[0].iter().enumerate() {
-        let id = term.stage.id();
-        if all.iter().any(|one| one.id == id) {
-            continue;
+/// What logs disagree about that have amounts of their own, worth their price. What all logs show beside these is something else than a
+/// disagreement. A machine that is no docking rig leaves something in any case: there it is one if the common amounts leave more
+/// than a name allows and those of each log do not, and about the effects of which one log shows half as much again as another.
+fn disagreements(
+    common: &[Term],
+    own: &[Vec<Term>],
+    logs: &Logs<Log>,
+    cost: &Cost<'_>,
+    jitters: bool,
+) -> Vec<Disagreement> {
+    let left = |own: &[Vec<Term>]| left_apart(own, logs, cost, jitters);
+    let mut places: Vec<usize> = (0..common.len()).collect();
+    if left(own).any() {
+        let all_alike = vec![common.to_vec(); own.len()];
+        let is_named = |own: &[Vec<Term>]| !left(own).of_a_servo().any();
+        if logs.have_spacecraft() || !is_named(own) || is_named(&all_alike) {
+            return Vec::new();
         }
-        let rotation = term.axes[3..].contains(&true);
-        let named = term.stage.parameters(rotation).iter().enumerate();
+        places.retain(|place| differ(*place, own, cost));
+    }
+    let amounts = |place: &usize| {
+        let stage = common[*place].stage;
+        let rotation = common[*place].axes[3..].contains(&true);
+        let named = stage.parameters(rotation).iter().enumerate();
         let amounts = named.map(|(k, (name, unit))| {
-            let of_logs = own.iter().map(|terms| terms[place].values[k]);
+            let of_logs = own.iter().map(|terms| terms[*place].values[k]);
             (*name, *unit, of_logs.collect())
         });
-        all.push(Disagreement {
-            id,
+        Disagreement {
+            id: stage.id(),
             amounts: amounts.collect(),
-        });
-    }
-    all
-}
-
-/// Whether terms in amounts of each log's own explain most of what common ones leave.
-fn explain_most(own: &[Vec<Term>], left: f64, cost: &Cost<'_>) -> bool {
-    let each = own.iter().enumerate();
-    let apart: f64 = each
-        .map(|(log, terms)| cost.of_logs(|k| k == log).of(terms))
-        .sum();
-    left - apart > MOST * left
-}
-
-/// Whether an amount of one log is half as large again as that of another, as [`DIFFERS`] asks of a wrench.
-fn differ(own: &[Vec<Term>], cost: &Cost<'_>) -> bool {
-    let ratio = (1.0 + DIFFERS.sqrt()) / (1.0 - DIFFERS.sqrt());
-    let of_term = |place: usize| {
-        let term = &own[0][place];
-        let specs = specs(term.stage, &cost.scale(&term.axes));
-        let mut known = specs.iter().enumerate();
-        known.any(|(k, spec)| {
-            let Some(from) = spec.ratio_from else {
-                return false;
-            };
-            let amounts = own.iter().map(|terms| terms[place].values[k] - from);
-            let (least, most) = amounts.fold((f64::INFINITY, 0.0), |(least, most), amount| {
-                (f64::min(least, amount), f64::max(most, amount))
-            });
-            most > ratio * least
-        })
+        }
     };
-    (0..own[0].len()).any(of_term)
+    places.iter().map(amounts).collect()
+}
+
+/// Whether an amount of one log is half as large again as that of another, as [`DIFFERS`] asks of a wrench. Amounts that have no
+/// ratio, as the centre of a dead zone, do not count.
+fn differ(place: usize, own: &[Vec<Term>], cost: &Cost<'_>) -> bool {
+    let ratio = (1.0 + DIFFERS.sqrt()) / (1.0 - DIFFERS.sqrt());
+    let term = &own[0][place];
+    let specs = specs(term.stage, &cost.scale(&term.axes));
+    let mut known = specs.iter().enumerate();
+    known.any(|(k, spec)| {
+        let Some(from) = spec.ratio_from else {
+            return false;
+        };
+        let amounts = own.iter().map(|terms| terms[place].values[k] - from);
+        let (least, most) = amounts.fold((f64::INFINITY, 0.0), |(least, most), amount| {
+            (f64::min(least, amount), f64::max(most, amount))
+        });
+        most > ratio * least
+    })
 }
 
 /// What terms leave that each log has in amounts of its own.

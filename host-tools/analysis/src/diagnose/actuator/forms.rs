@@ -1,7 +1,7 @@
 //! Forms of an effect: the same one at another place of the chain, with another begin or end, or the effect that goes on with the same
 //! equation where its range ends.
 
-use super::candidate::Candidate;
+use super::candidate::{Candidate, rings};
 use super::cost::{Cost, Term};
 use super::refine::refined;
 use super::tried::{at_an_end, specs};
@@ -37,6 +37,7 @@ pub(super) fn other_forms(
             let terms = refined(terms, cost);
             Candidate::new(terms, cost)
         })
+        .filter(rings)
         .collect()
 }
 

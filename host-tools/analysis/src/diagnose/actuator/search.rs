@@ -94,7 +94,11 @@ fn searched(cost: &Cost<'_>, ask: &Ask<'_>) -> Search {
         // Beside what goes on beyond the end of a search others may be worth more.
         if candidate.ids() != ids && !ask.alone {
             let more = climbed(candidate.clone(), &singles, &scopes, cost, ask);
-            accepted = pruned(more, &nominal, cost);
+            if let Some(more) = pruned(more, &nominal, cost) {
+                *candidate = more;
+                equal_forms = choose_form(candidate, cost, ask.excluded);
+                prefer_exact_nominal(candidate, cost);
+            }
         }
     }
     let support = accepted

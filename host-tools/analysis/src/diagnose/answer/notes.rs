@@ -199,9 +199,10 @@ impl Answer<'_> {
                 1 => ("is", "it"),
                 _ => ("are", "them together"),
             };
-            let why = match with < without {
-                true => "less than a tenth, which may be an error of the form of others",
-                false => "something of another form is there",
+            let why = match (of_fit, with < without) {
+                (true, _) => "the 95 % intervals of its amounts hold 0",
+                (false, true) => "less than a tenth, which may be an error of the form of others",
+                (false, false) => "something of another form is there",
             };
             let data = match of_fit {
                 true => "the logs of the fit",

@@ -367,7 +367,8 @@ impl<'a> Known<'a> {
             let mut worst: Option<(usize, Refused)> = None;
             for &k in effects.iter() {
                 let (less, factor) = self.error_without(effects, k)?;
-                let of_fit = with.test <= factor * less.test;
+                let of_unseen = with.test > factor * less.test;
+                let of_fit = !of_unseen;
                 let errors = match of_fit {
                     true => [less.train, with.train],
                     false => [less.test, with.test],
@@ -378,9 +379,14 @@ impl<'a> Known<'a> {
                     (!of_fit && worst.of_fit)
                         || (of_fit == worst.of_fit && errors[0] < worst.errors[0])
                 };
-                // What is fitted by the likelihood may raise that error; where it may be nothing, it does not.
+                // What is fitted by the likelihood may raise that error, but not what may be nothing: by a tenth, if unseen data are
+                // foretold a tenth better with it.
                 let is_nothing = || self.all[k].amounts_may_be_0(self.model);
-                let rises = !of_fit || (with.train > RISES * less.train && is_nothing());
+                let allowed = match less.test > FORETELLS * with.test {
+                    true => FORETELLS,
+                    false => RISES,
+                };
+                let rises = of_unseen || (with.train > allowed * less.train && is_nothing());
                 if rises && worst.as_ref().is_none_or(is_worse) {
                     let ids = vec![self.all[k].effect.id.clone()];
                     let refused = Refused {

@@ -141,10 +141,9 @@ fn alternatives(
     let late_s = of_all_axes(actuator, Stage::Delay).or(earlier.map(|l| l.late_s));
     // Without a sensor a motion that comes late has a delay, and one of another size a gain, which is the plainer reading; none
     // comes before its command.
-    let has_sensor = found.wrench.is_some();
-    let differs = |late_s: &(f64, f64)| {
-        has_sensor || late_s.0 < 0.0 || question.asks_for(clock_offset::EFFECT.id)
-    };
+    let feels = found.wrench.is_some();
+    let differs =
+        |late_s: &(f64, f64)| feels || late_s.0 < 0.0 || question.asks_for(clock_offset::EFFECT.id);
     let tried = question.tries(model, clock_offset::EFFECT.id);
     if let Some(late_s) = late_s.filter(differs).filter(|_| tried) {
         let clock = ClockFinding {
@@ -158,8 +157,8 @@ fn alternatives(
         .asks_for(clock_rate::EFFECT.id)
         .then_some(found.proportion));
     let of_a_clock = |rate: &(f64, f64)| clock_rate::EFFECT.parameters[0].is_plausible(rate.0);
-    let differs = has_sensor || question.asks_for(clock_rate::EFFECT.id);
-    let tried = differs && question.tries(model, clock_rate::EFFECT.id);
+    let may_be_clock = feels || question.asks_for(clock_rate::EFFECT.id);
+    let tried = may_be_clock && question.tries(model, clock_rate::EFFECT.id);
     if let Some(rate) = rate.filter(of_a_clock).filter(|_| tried) {
         let clock = ClockFinding {
             jitter,

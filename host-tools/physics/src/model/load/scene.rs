@@ -347,7 +347,7 @@ impl Scene {
             .fold(0.0, f64::max)
     }
 
-    /// The same of the way between reversals, m or rad.
+    /// The largest usual stroke of any point where its force may act, m or rad.
     pub fn usual_stroke(&self) -> f64 {
         let each = self.guided.iter().map(|at| at.usual_stroke);
         each.fold(0.0, f64::max)

@@ -116,7 +116,7 @@ impl Work<'_> {
 }
 
 /// Whether the axes of a log move in both directions, or not at all.
-fn moves_both_ways(log: &PreparedLog) -> bool {
+pub(super) fn moves_both_ways(log: &PreparedLog) -> bool {
     /// Least share of the way that goes back. Set by hand.
     const BACK: f64 = 0.1;
     let mut ways = [[0.0; 2]; 6];

@@ -1,8 +1,9 @@
 //! An effect whose amount each log has of its own, beside a constant of its own: logs of two machines, each of which hangs at rest
 //! elsewhere. What is common to both explains little of either, and a search that begins with common amounts ends at something else.
 
-use super::{Disagreement, Work};
-use crate::diagnose::evidence::MOST;
+use super::own_constant::moves_both_ways;
+use super::{Disagreement, TRIED, Work};
+use crate::diagnose::evidence::{self, MOST};
 use crate::diagnose::wrench::regression::hypothesis::{Part, evaluate};
 use crate::diagnose::wrench::regression::tested::Tested;
 use crate::diagnose::wrench::regression::variants::Variant;
@@ -13,16 +14,17 @@ use softdock_physics::model::load::effects::Sign;
 /// An effect with a constant beside it.
 struct Beside {
     parts: [Part; 2],
-    /// By how much χ² falls with amounts of each log's own.
-    gain: f64,
+    /// By how much χ² falls with amounts of each log's own, less their price.
+    worth: f64,
 }
 
 impl Work<'_> {
     /// The effect that explains, in amounts of each log's own, most of what the answer leaves, and of what is left with a common amount
-    /// of it. Not asked where the answer leaves no more than noise.
+    /// of it. Not asked where the answer leaves no more than noise, nor of logs that move one way alone, where a friction is a constant.
     pub(crate) fn own_effect(&self, accepted: Option<&Tested>) -> Option<Disagreement> {
         let is_left = self.joint.has_much_left(accepted.map_or(0.0, |t| t.gain));
-        if self.joint.logs.len() < 2 || self.joint.is_rounded() || !is_left {
+        let back_and_forth = self.joint.logs.iter().all(moves_both_ways);
+        if self.joint.logs.len() < 2 || self.joint.is_rounded() || !is_left || !back_and_forth {
             return None;
         }
         let (constants, others): (Vec<usize>, Vec<usize>) =
@@ -36,9 +38,16 @@ impl Work<'_> {
         let pairs: Vec<[usize; 2]> = pairs.collect();
         let found = pairs.into_par_iter();
         let found = found.filter_map(|both| self.in_own_amounts(accepted, both));
-        let Beside { parts, .. } = found.max_by(|a, b| a.gain.total_cmp(&b.gain))?;
+        let mut found: Vec<Beside> = found.collect();
+        found.sort_by(|a, b| b.worth.total_cmp(&a.worth));
+        found.iter().take(TRIED).find_map(|b| self.about(b))
+    }
+
+    /// What the logs disagree about, if each alone has an amount of it that is plausible.
+    fn about(&self, beside: &Beside) -> Option<Disagreement> {
+        let parts = beside.parts.to_vec();
         let effect = self.variant(parts[0].variant).effect;
-        let each = self.of_each_log(&evaluate(self.library, parts.to_vec(), self.price)?);
+        let each = self.of_each_log(&evaluate(self.library, parts, self.price)?);
         let found = Disagreement::new(effect.id, &each);
         // Not how much of it the constant takes away, which is where it begins to count.
         let model = &self.joint.logs.first()?.scene.model;
@@ -80,17 +89,20 @@ impl Work<'_> {
         let entry = self.variant(effect).effect.effect;
         let is_whole = |part: &Part| (entry.is_whole)(&part.used, &|_| true);
         let tried = alone.filter(is_whole).chain([all.clone()]);
+        let logs = self.joint.logs.len();
+        let paid = |part: &Part| self.price * (part.used.len() * logs) as f64;
         let tried = tried.filter_map(|part| Some((gain(&part, true)?, part)));
-        let (own, part) = tried.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let worth = |(gain, part): &(f64, Part)| gain - paid(part);
+        let (own, part) = tried.max_by(|a, b| worth(a).total_cmp(&worth(b)))?;
         let best = accepted.map_or(0.0, |t| t.gain).max(gain(&part, false)?);
         let chi2: f64 = problem.chi2_of_logs.iter().sum();
-        let amounts = part.used.len() + constant.used.len();
-        let further = amounts * (self.joint.logs.len() - 1);
-        let is_worth = |t: &Tested| self.says_that_logs_disagree(own - best, further, t);
+        let further = (part.used.len() + constant.used.len()) * (logs - 1);
+        let explained = self.joint.explained(accepted.map_or(0.0, |t| t.gain));
         let is_most = own - best > MOST * (chi2 - best);
-        (is_most && accepted.is_none_or(is_worth)).then_some(Beside {
+        let disagree = evidence::disagree(own - best, explained, further, problem.count);
+        (is_most && disagree).then_some(Beside {
+            worth: own - paid(&part),
             parts: [part, constant],
-            gain: own,
         })
     }
 
