@@ -41,11 +41,14 @@ pub const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// Two levels, or one beside the level of both directions: alone it says nothing of the other direction. A viscous
-/// difference beside a viscous friction.
+/// Two levels, or one beside the level of both directions: alone it says nothing of the other direction, and two beside it
+/// are a second dry friction, not a difference. A viscous difference beside a viscous friction.
 fn is_whole(parameters: &[usize], beside: &dyn Fn(&str) -> bool) -> bool {
     let has = |place| parameters.contains(&place);
-    (has(0) == has(1) || beside("guide_coulomb")) && (!has(2) || beside("guide_viscous"))
+    let levels = usize::from(has(0)) + usize::from(has(1));
+    let beside_a_level = beside("guide_coulomb");
+    let is_difference = levels == if beside_a_level { 1 } else { 2 };
+    (levels == 0 || is_difference) && (!has(2) || beside("guide_viscous"))
 }
 
 /// A level and a slope for each direction.
@@ -72,7 +75,8 @@ mod tests {
     fn a_difference_is_one_of_something() {
         let viscous = |id: &str| id == "guide_viscous";
         assert!(is_whole(&[0, 1], &|_| false) && is_whole(&[2], &viscous));
-        assert!(is_whole(&[0], &|id| id == "guide_coulomb"));
+        let dry = |id: &str| id == "guide_coulomb";
+        assert!(is_whole(&[0], &dry) && !is_whole(&[0, 1], &dry));
         assert!(!is_whole(&[0], &viscous) && !is_whole(&[0, 1, 2], &|_| false));
     }
 

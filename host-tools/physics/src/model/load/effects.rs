@@ -366,8 +366,8 @@ impl LoadEffect {
         let names = self.coefficients.iter().enumerate();
         let sure = names.filter(|(_, c)| is_sure(c.name)).map(|(k, _)| k);
         let sure: Vec<usize> = sure.collect();
-        self.coefficients.is_empty()
-            || (!sure.is_empty() && (self.effect.is_whole)(&sure, &|_| true))
+        let is_whole = |beside| (self.effect.is_whole)(&sure, &move |_: &str| beside);
+        self.coefficients.is_empty() || (!sure.is_empty() && (is_whole(true) || is_whole(false)))
     }
 
     /// Whether intervals say more of it than that it may not be there: that of any of its amounts leaves out 0, or, where it has
