@@ -54,37 +54,26 @@ pub fn velocity_of_means(mean: impl Fn(isize) -> Option<Twist<f64>>) -> Option<T
     weighted(pair, |reach| of_means(first_derivative(reach))).or_else(one_sided)
 }
 
-/// Acceleration at a pose, times Ts, of the same mean velocities; at the end of a stretch on the straight line through the two
-/// beside it, or the only one beside it, None where only one velocity is known.
+/// Acceleration at a pose, times Ts, of the same mean velocities; one-sided at the end of a stretch, None where only one
+/// is known.
 pub fn acceleration_of_means(mean: impl Fn(isize) -> Option<Twist<f64>>) -> Option<Twist<f64>> {
     let pair = |j: usize| Some(mean(j as isize + 1)? - mean(-(j as isize))?);
     let one_sided = || {
-        let (later, from) = if mean(0).is_some() {
-            (1.0, 0)
-        } else {
-            (-1.0, 1)
-        };
-        let at = |k: isize| mean(from - later as isize * k);
-        let change = |k: isize| Some((at(k)? - at(k + 1)?) * later);
-        let near = change(0)?;
-        Some(change(1).map_or(near, |far| near * 2.0 - far))
+        let (near, far) = of_one_side(&mean)?;
+        let later = if mean(0).is_some() { 1.0 } else { -1.0 };
+        far.map(|far| (near - far) * later)
     };
     weighted(pair, |reach| of_means(second_derivative(reach))).or_else(one_sided)
 }
 
-/// Acceleration, times Ts, of velocities that were sampled: `at(k)` is k samples behind. At the end of a
-/// stretch that of the parabola through three of them, or of the line through two, None where only one is known.
+/// Acceleration, times Ts, of velocities that were sampled: `at(k)` is k samples behind. One-sided at
+/// the end of a stretch, None where only one is known.
 pub fn acceleration_of_samples(at: impl Fn(isize) -> Option<Twist<f64>>) -> Option<Twist<f64>> {
     let pair = |j: usize| Some(at(j as isize + 1)? - at(-(j as isize) - 1)?);
-    let one_sided = || {
-        let later: isize = match (at(-1), at(1)) {
-            (Some(_), None) => 1,
-            (None, Some(_)) => -1,
-            _ => return None,
-        };
-        let change = |k: isize| Some((at(-later * k)? - at(-later * (k + 1))?) * later as f64);
-        let near = change(0)?;
-        Some(change(1).map_or(near, |far| near * 1.5 - far * 0.5))
+    let one_sided = || match (at(-1), at(0)?, at(1)) {
+        (Some(before), now, None) => Some(now - before),
+        (None, now, Some(after)) => Some(after - now),
+        _ => None,
     };
     weighted(pair, first_derivative).or_else(one_sided)
 }
@@ -203,23 +192,6 @@ mod tests {
         let sampled = |n: isize| Some(along_x(pose(n)));
         let slope = acceleration_of_samples(sampled).unwrap().linear.x;
         assert!((slope / (phase * 0.3_f64.cos()) - 1.0).abs() < 5e-4);
-    }
-
-    /// The first and the last pose of a swing have an acceleration of their own, to a square of the phase from pose to pose.
-    #[test]
-    fn the_end_of_a_stretch_is_not_its_neighbour() {
-        let phase = 0.12;
-        let pose = |n: isize| (n as f64 * phase + 1.0).sin();
-        let is_near = |a: Option<Twist<f64>>, b: f64| {
-            let error = a.unwrap().linear.x / b - 1.0;
-            assert!(error.abs() < 1.5 * phase * phase, "{error}");
-        };
-        for side in [1, -1] {
-            let mean = |j: isize| (side * (2 * j - 1) > 0).then(|| along_x(pose(j) - pose(j - 1)));
-            is_near(acceleration_of_means(mean), -phase * phase * pose(0));
-            let sampled = |n: isize| (side * n >= 0).then(|| along_x(pose(n)));
-            is_near(acceleration_of_samples(sampled), phase * 1.0_f64.cos());
-        }
     }
 
     /// Beside a gap the order falls, and a constant acceleration is right in each.

@@ -146,7 +146,7 @@ fn a_held_sample_is_compared_with_its_own_instant() {
         damping_depth_m: 0.0,
         tip_m: [0.0; 3],
     });
-    let mut recording = log(6, |n, cycle| {
+    let mut recording = log(7, |n, cycle| {
         cycle.trace.pose[0] = n as f64 * 1e-3;
         cycle.trace.executed_velocity[0] = 0.25;
     });
@@ -159,6 +159,7 @@ fn a_held_sample_is_compared_with_its_own_instant() {
     for (n, expected) in [(2, -2.0), (3, -3.0), (4, -3.0), (5, -5.0)] {
         assert!((x[n] - expected).abs() < 1e-9, "{n}: {}", x[n]);
     }
+    assert!(x[6].is_nan(), "at the end no pose has an acceleration");
 }
 
 #[test]

@@ -104,7 +104,10 @@ impl Nominal {
         if let Some(scene) = &self.scene {
             added::add_effects(model, scene, before, &signals.steps, &mut at);
         }
-        let sampled = |n| signals.sampled_in(n).and_then(|sampled| at[sampled]);
+        let sampled = |n| {
+            let sampled = signals.sampled_in(n);
+            at[sampled.filter(|sampled| !signals.is_at_an_end(*sampled))?]
+        };
         let mut read: Vec<Option<Six>> = (0..signals.len()).map(sampled).collect();
         added::add_sampling(model, signals, &mut read);
         read
