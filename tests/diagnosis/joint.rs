@@ -181,8 +181,8 @@ fn what_is_named_foretells_as_well_as_a_fit_of_it() {
     let [now, fitted] = fit.steps.map(|step| step.test_error.unwrap());
     assert!(
         now < 1.011 * fitted,
-        "{now} {fitted}: {:?}",
-        found.diagnosis.notes
+        "{now} {fitted}: {}",
+        found.diagnosis.sentence
     );
 }
 

@@ -41,8 +41,8 @@ pub const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// Two levels, or one beside the level of both directions: alone it says nothing of the other direction, and two beside it
-/// are a second dry friction, not a difference. A viscous difference beside a viscous friction.
+/// Two levels, or one beside a level of both directions that the model has: alone it says nothing of the other direction, and
+/// two beside it are a second dry friction, not a difference. A viscous difference beside a viscous friction.
 fn is_whole(parameters: &[usize], beside: &dyn Fn(&str) -> bool) -> bool {
     let has = |place| parameters.contains(&place);
     let levels = usize::from(has(0)) + usize::from(has(1));

@@ -54,7 +54,22 @@ fn is_whole(library: &Library, part: &Part, parts: &[Part]) -> bool {
         let mut ids = parts.iter().map(|p| library.variants[p.variant].effect.id);
         library.known.iter().any(|known| known == id) || ids.any(|other| other == id)
     };
-    (effect.is_whole)(&part.used, &there)
+    (effect.is_whole)(&part.used, &there) && !stands_twice(library, part, parts)
+}
+
+/// Whether another part is what this one is a detail of, in the coefficients that it uses: levels by direction beside that of both are a
+/// second dry friction, which turns round over a speed of its own.
+fn stands_twice(library: &Library, part: &Part, parts: &[Part]) -> bool {
+    let id = |part: &Part| library.variants[part.variant].effect.id;
+    let mut details = library.variants[part.variant]
+        .effect
+        .effect
+        .detail_of
+        .iter();
+    details.any(|(of, sizes)| {
+        let uses = |k: &usize| sizes.get(*k).is_some_and(|size| *size != 0.0);
+        part.used.iter().any(uses) && parts.iter().any(|other| id(other) == *of)
+    })
 }
 
 /// Columns and signs of parts, in their order.
