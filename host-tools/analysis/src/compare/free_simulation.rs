@@ -47,7 +47,7 @@ pub struct FreeSimulation {
 }
 
 /// Why there is no free simulation.
-pub(super) struct NotSimulated {
+pub(crate) struct NotSimulated {
     /// In words.
     pub why: String,
     /// There is one, and it leaves the motion by far.
@@ -92,7 +92,7 @@ impl FreeSimulation {
 
 /// Simulates the longest stretch of a log. None where no recorded force drives a single axis freely; an error says what hinders
 /// it.
-pub(super) fn simulate(
+pub(crate) fn simulate(
     model: &Model,
     signals: &Signals<'_>,
 ) -> Option<Result<FreeSimulation, NotSimulated>> {

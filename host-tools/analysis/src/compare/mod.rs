@@ -10,7 +10,7 @@ mod crossing;
 mod errors;
 mod explain;
 mod failure;
-mod free_simulation;
+pub(crate) mod free_simulation;
 mod motion;
 mod noise;
 mod notes;

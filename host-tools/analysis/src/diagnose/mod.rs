@@ -45,9 +45,10 @@ pub use logs::Logs;
 use crate::compare::compare;
 use crate::fit::same_rig;
 use crate::held_back::{all_held_back, are_of_one_log};
-use crate::levels::ChannelLevels;
 use answer::outcome::Outcome;
 use anyhow::{bail, ensure};
+use prediction_error::for_prediction::Errors;
+use prediction_error::foresight::Foresight;
 use question::Question;
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
@@ -290,27 +291,31 @@ fn concluded(
     progress(0.95, "drawing the conclusion");
     let outcome = answer::outcome::conclude(model, recordings, &stages, unseen, question)?;
     let disagree = outcome.diagnosis.verdict == Verdict::LogsDisagree;
-    let tie = match disagree || question.is_asked() || question.among.is_some() {
-        true => None,
-        false => prediction_error::for_prediction::better_tie(model, recordings, &stages)?,
+    let ties = match disagree || question.is_asked() || question.among.is_some() {
+        true => Vec::new(),
+        false => prediction_error::for_prediction::better_ties(model, recordings, &stages)?,
     };
-    let Some(ids) = tie else {
-        return Ok((stages, outcome));
-    };
-    let among = Question {
-        among: Some(&ids),
-        ..*question
-    };
-    let mut other_stages = stages::run(model, recordings, &among, &|_, _| {})?;
-    if let (Some(wrench), Some(tried)) = (&mut other_stages.wrench, &stages.wrench) {
-        wrench.remember(tried.found.ranked.clone());
+    let tried = stages.wrench.as_ref().map(|w| w.found.ranked.clone());
+    let mut best = (stages, outcome);
+    for ids in &ties {
+        let among = Question {
+            among: Some(ids),
+            ..*question
+        };
+        let mut stages = stages::run(model, recordings, &among, &|_, _| {})?;
+        if let (Some(wrench), Some(tried)) = (&mut stages.wrench, &tried) {
+            wrench.remember(tried.clone());
+        }
+        let outcome = answer::outcome::conclude(model, recordings, &stages, unseen, question)?;
+        let [now, other] = [&best.1, &outcome].map(|one| {
+            let errors = Errors::of_predictions(&one.predictions);
+            Foresight::new(&one.after, errors, recordings.test())
+        });
+        if other.is_better_than(&now) {
+            best = (stages, outcome);
+        }
     }
-    let other = answer::outcome::conclude(model, recordings, &other_stages, unseen, question)?;
-    let error = |outcome: &Outcome| ChannelLevels::of(outcome.predictions.test()).rms();
-    Ok(match error(&other) * evidence::RISES < error(&outcome) {
-        true => (other_stages, other),
-        false => (stages, outcome),
-    })
+    Ok(best)
 }
 
 /// What a comparison says of the model with what is named, on a log of the fit and on another one.

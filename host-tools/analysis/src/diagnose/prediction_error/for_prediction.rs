@@ -4,9 +4,10 @@
 //! law's form is wrong, that likelihood fits the parameters to the fast part of what is left, and others foretell the wrench
 //! better: those of least squares, in which each error counts as it is.
 
+use super::foresight::Foresight;
 use crate::diagnose::answer::ranking::foretells_alike;
 use crate::diagnose::catalogue::is_shape;
-use crate::diagnose::evidence::{FORETELLS, RISES};
+use crate::diagnose::evidence::RISES;
 use crate::diagnose::logs::Logs;
 use crate::diagnose::named::{Named, of_reading, with_effects};
 use crate::diagnose::stages::accepted;
@@ -41,43 +42,46 @@ pub(crate) fn refit(
     Ok(is_better.then_some((refitted, [before.unseen, after.unseen])))
 }
 
+/// Most ties that are searched anew.
+const TRIED: usize = 3;
+
 /// Ids of what has one effect in the place of another that the logs of the fit do not tell from it, with no more parameters, if
-/// that foretells unseen data better than what the likelihood prefers, and explains the logs of the fit not much worse: beside what
-/// no law describes, errors of form decide between the two there.
-pub(crate) fn better_tie(
+/// that foretells better than what the likelihood prefers ([`Foresight`]), the best first: beside what no law describes, errors of form
+/// decide between the two there.
+pub(crate) fn better_ties(
     model: &Model,
     recordings: &Logs<&Recording>,
     stages: &Stages,
-) -> anyhow::Result<Option<Vec<String>>> {
+) -> anyhow::Result<Vec<Vec<String>>> {
     let ties = stages.wrench.as_ref().map_or(Vec::new(), no_larger_ties);
     if ties.is_empty() {
-        return Ok(None);
+        return Ok(Vec::new());
     }
+    let fitted = |named: &[Named]| -> anyhow::Result<(Model, Errors)> {
+        let named = by_least_squares(model, recordings, named, false)?;
+        let errors = Errors::of(model, recordings, &named)?;
+        Ok((with_effects(model, named.iter()), errors))
+    };
     let named = accepted::all(model, stages);
-    let answer = errors_by_least_squares(model, recordings, &named)?;
-    let (mut least, mut best) = (answer.unseen / RISES, None);
+    let (after, errors) = fitted(&named)?;
+    let answer = Foresight::new(&after, errors, recordings.test());
+    let mut better: Vec<(f64, Vec<String>)> = Vec::new();
     for tie in ties {
         let mut others = named.clone();
         let accepted = stages.wrench.iter().flat_map(|w| &w.found.accepted);
         let accepted: Vec<String> = accepted.flat_map(Tested::ids).collect();
         others.retain(|one| !accepted.contains(&one.effect.id));
         others.extend(tie.effects.iter().map(of_reading));
-        let Errors { of_fit, unseen } = errors_by_least_squares(model, recordings, &others)?;
-        if unseen < least && of_fit < FORETELLS * answer.of_fit {
-            least = unseen;
-            best = Some(others.into_iter().map(|one| one.effect.id).collect());
+        let (after, errors) = fitted(&others)?;
+        let tried = Foresight::new(&after, errors, recordings.test());
+        if tried.is_better_than(&answer) {
+            let ids = others.into_iter().map(|one| one.effect.id).collect();
+            better.push((tried.unseen(), ids));
         }
     }
-    Ok(best)
-}
-
-fn errors_by_least_squares(
-    model: &Model,
-    recordings: &Logs<&Recording>,
-    named: &[Named],
-) -> anyhow::Result<Errors> {
-    let named = by_least_squares(model, recordings, named, false)?;
-    Errors::of(model, recordings, &named)
+    better.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    better.truncate(TRIED);
+    Ok(better.into_iter().map(|(_, ids)| ids).collect())
 }
 
 /// Hypotheses with another effect in the place of one of the answer, not told from it and with no more parameters.
@@ -143,9 +147,14 @@ impl Errors {
                 unseen: f64::NAN,
             });
         }
-        Ok(Self {
+        Ok(Self::of_predictions(&predictions))
+    }
+
+    /// Of what was predicted.
+    pub(crate) fn of_predictions(predictions: &Logs<Prediction>) -> Self {
+        Self {
             of_fit: ChannelLevels::of(predictions.train()).rms(),
             unseen: ChannelLevels::of(predictions.test()).rms(),
-        })
+        }
     }
 }

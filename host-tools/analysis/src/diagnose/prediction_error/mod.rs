@@ -2,6 +2,7 @@
 
 pub(crate) mod error_reduction;
 pub(crate) mod for_prediction;
+pub(crate) mod foresight;
 pub(crate) mod late_by_foretelling;
 pub(crate) mod left_over;
 pub(crate) mod log_to_log;

@@ -1,0 +1,137 @@
+//! How well a model foretells: each instant, and a whole motion from its beginning.
+
+use super::for_prediction::Errors;
+use crate::compare::free_simulation::simulate;
+use crate::diagnose::evidence::{FORETELLS, MOST, RISES};
+use softdock_io::recording::Recording;
+use softdock_physics::model::Model;
+use softdock_physics::model::prediction::signals::Signals;
+use std::cell::OnceCell;
+
+/// What a model foretells of logs.
+pub(crate) struct Foresight<'a> {
+    model: &'a Model,
+    errors: Errors,
+    unseen: &'a [&'a Recording],
+    /// See [`Self::simulated`].
+    strays: OnceCell<Option<f64>>,
+}
+
+impl<'a> Foresight<'a> {
+    /// Of a model with these errors at each instant, which may be simulated on unseen logs.
+    pub(crate) const fn new(model: &'a Model, errors: Errors, unseen: &'a [&'a Recording]) -> Self {
+        Self {
+            model,
+            errors,
+            unseen,
+            strays: OnceCell::new(),
+        }
+    }
+
+    /// Error on unseen data at each instant.
+    pub(crate) const fn unseen(&self) -> f64 {
+        self.errors.unseen
+    }
+
+    /// Whether it foretells unseen data better, and explains the logs of the fit not much worse; before that, whether it does neither much worse,
+    /// and moves as was measured where the other one strays: to a force at a measured instant a spring that acts late is a damper,
+    /// to a motion it is none.
+    pub(crate) fn is_better_than(&self, other: &Self) -> bool {
+        let [own, others] = [self, other].map(|one| &one.errors);
+        let explains = own.of_fit < FORETELLS * others.of_fit;
+        let foretells = explains && own.unseen * RISES < others.unseen;
+        self.moves_as_measured(other) || (foretells && !other.moves_as_measured(self))
+    }
+
+    /// Whether its motion, simulated, stays with the measured one and leaves less than [`MOST`] of what the other one's does, if it is
+    /// not much worse at each instant.
+    fn moves_as_measured(&self, other: &Self) -> bool {
+        let [own, others] = [self, other].map(|one| &one.errors);
+        let nearly =
+            own.unseen < FORETELLS * others.unseen && own.of_fit < FORETELLS * others.of_fit;
+        let strays = |one: &Self| *one.strays.get_or_init(|| one.simulated());
+        let stays = |own: f64| own < 1.0 && strays(other).is_some_and(|others| own < MOST * others);
+        nearly && strays(self).is_some_and(stays)
+    }
+
+    /// Mean square of what the simulated motion is off on unseen logs, of that of the motion; infinite if it runs away, None if nothing drives
+    /// a single axis, or something acts that is not simulated.
+    fn simulated(&self) -> Option<f64> {
+        let of = |recording: &&Recording| {
+            let signals = Signals::new(recording).ok()?;
+            match simulate(self.model, &signals)? {
+                Ok(free) => Some(free.relative.powi(2)),
+                Err(none) => none.runs_away.then_some(f64::INFINITY),
+            }
+        };
+        let each: Option<Vec<f64>> = self.unseen.iter().map(of).collect();
+        let each = each.filter(|each| !each.is_empty())?;
+        Some(each.iter().sum::<f64>() / each.len() as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use softdock_app::record::CycleRecord;
+
+    /// A cart of 2 kg on a spring of 1000 N/m with a damper of 20 N·s/m, driven near its resonance.
+    fn cart() -> Recording {
+        let cycle = |n: usize| {
+            let t = 0.005 * n as f64;
+            let [mut x, mut v, mut a] = [0.0; 3];
+            for (size, rate) in [(0.004, 22.0_f64), (0.003, 5.0)] {
+                x += size * (rate * t).sin();
+                v += size * rate * (rate * t).cos();
+                a -= size * rate.powi(2) * (rate * t).sin();
+            }
+            let mut cycle = CycleRecord::default();
+            (cycle.trace.cycle, cycle.trace.time_s) = (n as u64, t);
+            cycle.trace.pose = [x, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+            cycle.trace.executed_velocity[0] = v;
+            cycle.inputs.sensor.wrench = [0.0; 6];
+            cycle.inputs.sensor.wrench[0] = -(2.0 * a + 20.0 * v + 1000.0 * x);
+            cycle
+        };
+        Recording {
+            cycles: (0..2000).map(cycle).collect(),
+            ..Recording::default()
+        }
+    }
+
+    fn model(effect: &str) -> Model {
+        let text = format!(
+            "[rig]\nactive_axes = [\"x\"]\n[tool]\nmass_kg = 2.0\ndynamic_compensation = true\n\
+             [sensor]\nwrench = \"commanded\"\ngravity_m_s2 = [0.0, 0.0, 0.0]\n\
+             [[effect]]\nid = \"cable_stiffness\"\nparameters = {{ stiffness_n_per_m = 1000.0 }}\n\
+             [[effect]]\n{effect}"
+        );
+        Model::from_toml(&text, "model.toml").unwrap()
+    }
+
+    /// At each instant the delay may even leave a little less.
+    #[test]
+    fn a_delay_is_no_damper_of_a_motion() {
+        let log = cart();
+        let unseen = [&log];
+        let [damped, late] = [
+            model("id = \"guide_viscous\"\nparameters = { damping_n_s_per_m = 20.0 }"),
+            model("id = \"actuation_delay\"\nparameters = { extra_delay_s = 0.02 }"),
+        ];
+        let of = |model, unseen_error| {
+            let errors = Errors {
+                of_fit: 1.0,
+                unseen: unseen_error,
+            };
+            Foresight::new(model, errors, &unseen)
+        };
+        let answer = of(&late, 1.0);
+        assert!(of(&damped, 1.05).is_better_than(&answer));
+        assert!(!answer.is_better_than(&of(&damped, 1.05)));
+        assert!(answer.is_better_than(&of(&damped, 1.2)), "too much worse");
+        assert!(
+            of(&late, 0.95).is_better_than(&answer),
+            "of equals the better"
+        );
+    }
+}
