@@ -161,3 +161,58 @@ fn logs_of_two_gains_disagree_beside_what_no_law_describes() {
     let of_each = |note: &String| note.contains("each log alone: those of the fit");
     assert!(found.notes.iter().any(of_each), "{:?}", found.notes);
 }
+
+/// A motor behind a bridge that does not answer small duties, one step each: 14 ms late, with a time constant of 26 ms and a gain
+/// of 1.1 beyond ±0.006 m/s, which its poles modulate by some percent.
+fn step(size: f64, poles: f64) -> Recording {
+    const LATE_S: f64 = 0.014;
+    let rig = OneAxis {
+        cycle_s: 0.002,
+        turns: false,
+        swings: [(0.0, 1.0); 3],
+        noise: (0.0, 0.0),
+        late_s: 0.0,
+    };
+    let mut recording = rig.record(1.0, 0.0, 1, |_| 0.0);
+    let [mut x, mut v, mut executed] = [0.0; 3];
+    for (n, cycle) in recording.cycles.iter_mut().enumerate() {
+        let t = rig.cycle_s * n as f64;
+        let told = |t: f64| if t < 0.3 { 0.0 } else { size };
+        cycle.trace.sent_velocity[0] = told(t);
+        cycle.trace.executed_velocity[0] = executed;
+        cycle.trace.pose = [x, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+        cycle.inputs.sensor.wrench = [f64::NAN; 6];
+        let came = told(t - LATE_S);
+        let beyond = came.signum() * (came.abs() - 0.006).max(0.0);
+        v += (1.0 - (-rig.cycle_s / 0.026).exp()) * (1.1 * beyond - v);
+        executed = v * (1.0 + poles * (900.0 * x).sin());
+        x += rig.cycle_s * executed;
+    }
+    recording
+}
+
+/// A log with one step in one direction tells neither the width of a dead zone from a gain nor one of both directions from the other: in
+/// all logs together these amounts are common.
+#[test]
+fn single_steps_of_one_motor_do_not_disagree() {
+    let sizes = [0.01, -0.01, 0.013, -0.013, 0.016, -0.016, 0.02, -0.02];
+    let train: Vec<Recording> = sizes.iter().map(|size| step(*size, 0.02)).collect();
+    let unseen: Vec<Recording> = [0.011, -0.015, 0.018]
+        .iter()
+        .map(|size| step(*size, 0.02))
+        .collect();
+    let [train, unseen] = [&train, &unseen].map(|logs| logs.iter().collect::<Vec<_>>());
+    let model = Model::from_toml(MODEL, "model.toml").unwrap();
+    let found = diagnose(&model, &train, &unseen, &|_, _| {})
+        .unwrap()
+        .diagnosis;
+    assert_eq!(found.verdict, Verdict::Named, "{}", found.sentence);
+    for (id, name, truth) in [
+        ("actuation_delay", "extra_delay_s", 0.014),
+        ("actuation_lag", "extra_lag_s", 0.026),
+        ("command_deadzone", "width_m_s", 0.012),
+    ] {
+        let said = &found.parameters[id][name];
+        assert!((said.value / truth - 1.0).abs() < 0.2, "{id}: {said:?}");
+    }
+}

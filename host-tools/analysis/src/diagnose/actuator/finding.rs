@@ -89,7 +89,8 @@ pub(crate) fn actuator_stage(
 
 /// What logs disagree about that have amounts of their own, worth their price. What all logs show beside these is something else than a
 /// disagreement. A machine that is no docking rig leaves something in any case: there it is one if the common amounts leave more
-/// than a name allows and those of each log do not, and about the effects of which one log shows half as much again as another.
+/// than a name allows and those of each log do not. Of such a machine it is about the effects of which one log shows half as much again as
+/// another: evidence tells amounts apart that differ by some percent from run to run.
 fn disagreements(
     common: &[Term],
     own: &[Vec<Term>],
@@ -105,6 +106,8 @@ fn disagreements(
         if logs.have_spacecraft() || !is_named(own) || is_named(&all_alike) {
             return Vec::new();
         }
+    }
+    if !logs.have_spacecraft() {
         places.retain(|place| differ(*place, own, cost));
     }
     let amounts = |place: &usize| {

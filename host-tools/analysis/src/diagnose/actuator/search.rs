@@ -139,11 +139,47 @@ fn climbed(
     if let Some(pair) = best_pair(singles, cost).filter(|pair| better(pair, &now)) {
         now = pair;
     }
+    let now = one_more_at_a_time(now, None, &better, singles, scopes, cost, ask);
+    // One stage may stand where two are: the one that is needed least is left out once, and others take its place.
+    let nominal = Candidate::new(Vec::new(), cost);
+    let is_zone = |stage: Stage| stage == Stage::DeadZone || is_a_gain(stage);
+    let of_zone = |id: &str| {
+        let mut zone = Stage::ALL.iter().filter(|stage| is_zone(**stage));
+        now.has(Stage::DeadZone) && zone.any(|stage| stage.id() == id)
+    };
+    let least = match level(now.chi2, cost) > AT_NOISE && now.causes() > 1 {
+        true => each(&now, &nominal, cost),
+        false => Vec::new(),
+    };
+    let least = least.into_iter().filter(|(id, _)| !of_zone(id));
+    let Some((least, _)) = least.min_by(|a, b| a.1.total_cmp(&b.1)) else {
+        return now;
+    };
+    let rest = without(&now, least, &nominal, cost);
+    let other = one_more_at_a_time(rest, Some(least), &better, singles, scopes, cost, ask);
+    match other.priced(cost) < now.priced(cost) {
+        true => other,
+        false => now,
+    }
+}
+
+/// As long as the evidence rises. `but`: without this one.
+fn one_more_at_a_time(
+    start: Candidate,
+    but: Option<&str>,
+    better: &dyn Fn(&Candidate, &Candidate) -> bool,
+    singles: &[Candidate],
+    scopes: &[[bool; 6]],
+    cost: &Cost<'_>,
+    ask: &Ask<'_>,
+) -> Candidate {
+    let mut now = start;
     while now.causes() < MOST && level(now.chi2, cost) > AT_NOISE {
         // The gains that a dead zone brings along may be there already.
         let new = |c: &&Candidate| {
             let first = c.terms.first().map(|term| term.stage.id());
-            first.is_some_and(|first| !now.ids().contains(&first))
+            let is_new = |id: &str| !now.ids().contains(&id) && but != Some(id);
+            first.is_some_and(is_new)
         };
         let others = singles.iter().filter(|c| is_a_cause(c, cost)).filter(new);
         let others = others.filter_map(|c| Some(c.terms.first()?.stage));
