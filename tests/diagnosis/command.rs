@@ -360,6 +360,13 @@ fn a_log_that_teaches_little_says_so() {
         "{}",
         idle.stderr
     );
+    let steady = said_of("cli_steady", |log| {
+        for cycle in &mut log.cycles {
+            cycle.trace.sent_velocity = [0.01, 0.0, 0.0, 0.0, 0.0, 0.0];
+        }
+    });
+    let said = "the velocity that is sent never changes";
+    assert!(steady.stderr.contains(said), "{}", steady.stderr);
     let gap = said_of("cli_gap", |log| {
         log.cycles.drain(900..1000);
     });

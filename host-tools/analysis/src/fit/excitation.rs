@@ -66,11 +66,18 @@ fn still(model: &Model, recording: &Recording) -> anyhow::Result<Vec<String>> {
     // Where a force is the input, or a log is of any machine, nobody sends a velocity.
     let sends = !model.sensor.wrench.drives() && Signals::new(recording)?.is_of_a_rig();
     if sends && !changes(|c| &c.trace.sent_velocity) {
-        notes.push(
-            "no velocity was sent, so no effect of the actuator can show; record a run in \
-             which the robot is told to move."
-                .to_owned(),
-        );
+        let sent = recording.cycles[0].trace.sent_velocity;
+        let what = match sent.iter().any(|v| *v != 0.0) {
+            true => {
+                "the velocity that is sent never changes, so no delay, lag or limit of the actuator \
+                 can show; record a run in which the robot is told to start or to stop, with some rows before."
+            }
+            false => {
+                "no velocity was sent, so no effect of the actuator can show; record a run in \
+                 which the robot is told to move."
+            }
+        };
+        notes.push(what.to_owned());
     }
     if !changes(|c| &c.trace.pose) {
         notes.push(
