@@ -295,27 +295,34 @@ fn concluded(
         true => Vec::new(),
         false => prediction_error::for_prediction::better_ties(model, recordings, &stages)?,
     };
-    let tried = stages.wrench.as_ref().map(|w| w.found.ranked.clone());
-    let mut best = (stages, outcome);
-    for ids in &ties {
+    let explains = |outcome: &Outcome| outcome.diagnosis.verdict == Verdict::Named;
+    for (tried, ids) in ties.iter().enumerate() {
+        progress(
+            0.95,
+            &format!(
+                "searching what is not told apart, {} of {}",
+                tried + 1,
+                ties.len()
+            ),
+        );
         let among = Question {
             among: Some(ids),
             ..*question
         };
-        let mut stages = stages::run(model, recordings, &among, &|_, _| {})?;
-        if let (Some(wrench), Some(tried)) = (&mut stages.wrench, &tried) {
-            wrench.remember(tried.clone());
+        let mut other_stages = stages::run(model, recordings, &among, &|_, _| {})?;
+        if let (Some(wrench), Some(tried)) = (&mut other_stages.wrench, &stages.wrench) {
+            wrench.remember(tried.found.ranked.clone());
         }
-        let outcome = answer::outcome::conclude(model, recordings, &stages, unseen, question)?;
-        let [now, other] = [&best.1, &outcome].map(|one| {
+        let other = answer::outcome::conclude(model, recordings, &other_stages, unseen, question)?;
+        let [now, then] = [&outcome, &other].map(|one| {
             let errors = Errors::of_predictions(&one.predictions);
             Foresight::new(&one.after, errors, recordings.test())
         });
-        if other.is_better_than(&now) {
-            best = (stages, outcome);
+        if then.is_better_than(&now) && (explains(&other) || !explains(&outcome)) {
+            return Ok((other_stages, other));
         }
     }
-    Ok(best)
+    Ok((stages, outcome))
 }
 
 /// What a comparison says of the model with what is named, on a log of the fit and on another one.

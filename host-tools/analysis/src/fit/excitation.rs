@@ -69,7 +69,7 @@ fn still(model: &Model, recording: &Recording) -> anyhow::Result<Vec<String>> {
         let sent = recording.cycles[0].trace.sent_velocity;
         let what = match sent.iter().any(|v| *v != 0.0) {
             true => {
-                "the velocity that is sent never changes, so no delay, lag or limit of the actuator \
+                "the velocity that is sent never changes, so no delay or lag of the actuator \
                  can show; record a run in which the robot is told to start or to stop, with some rows before."
             }
             false => {

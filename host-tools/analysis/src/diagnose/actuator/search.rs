@@ -117,7 +117,7 @@ fn searched(cost: &Cost<'_>, ask: &Ask<'_>) -> Search {
     }
 }
 
-/// Pairs, then one stage more at a time, as long as the evidence rises.
+/// Pairs, then one stage more at a time, as long as the evidence rises, and once more without the one that is needed least.
 fn climbed(
     start: Candidate,
     singles: &[Candidate],
@@ -157,7 +157,7 @@ fn climbed(
     };
     let rest = without(&now, least, &nominal, cost);
     let other = one_more_at_a_time(rest, Some(least), &better, singles, scopes, cost, ask);
-    match other.priced(cost) < now.priced(cost) {
+    match better(&other, &now) {
         true => other,
         false => now,
     }

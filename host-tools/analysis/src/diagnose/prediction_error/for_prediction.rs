@@ -46,7 +46,7 @@ pub(crate) fn refit(
 const TRIED: usize = 3;
 
 /// Ids of what has one effect in the place of another that the logs of the fit do not tell from it, with no more parameters, if
-/// that foretells better than what the likelihood prefers ([`Foresight`]), the best first: beside what no law describes, errors of form
+/// that foretells better than what the likelihood prefers ([`Foresight`]), what moves better first: beside what no law describes, errors of form
 /// decide between the two there.
 pub(crate) fn better_ties(
     model: &Model,
@@ -65,7 +65,7 @@ pub(crate) fn better_ties(
     let named = accepted::all(model, stages);
     let (after, errors) = fitted(&named)?;
     let answer = Foresight::new(&after, errors, recordings.test());
-    let mut better: Vec<(f64, Vec<String>)> = Vec::new();
+    let mut better: Vec<((bool, f64), Vec<String>)> = Vec::new();
     for tie in ties {
         let mut others = named.clone();
         let accepted = stages.wrench.iter().flat_map(|w| &w.found.accepted);
@@ -76,10 +76,10 @@ pub(crate) fn better_ties(
         let tried = Foresight::new(&after, errors, recordings.test());
         if tried.is_better_than(&answer) {
             let ids = others.into_iter().map(|one| one.effect.id).collect();
-            better.push((tried.unseen(), ids));
+            better.push(((!tried.moves_better_than(&answer), tried.unseen()), ids));
         }
     }
-    better.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    better.sort_by(|(a, _), (b, _)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
     better.truncate(TRIED);
     Ok(better.into_iter().map(|(_, ids)| ids).collect())
 }
@@ -141,17 +141,17 @@ impl Errors {
         named: &[Named],
     ) -> anyhow::Result<Self> {
         let predictions = predict_all(&with_effects(model, named.iter()), recordings)?;
-        if predictions.all.iter().any(predicts_little) {
-            return Ok(Self {
-                of_fit: f64::NAN,
-                unseen: f64::NAN,
-            });
-        }
         Ok(Self::of_predictions(&predictions))
     }
 
     /// Of what was predicted.
     pub(crate) fn of_predictions(predictions: &Logs<Prediction>) -> Self {
+        if predictions.all.iter().any(predicts_little) {
+            return Self {
+                of_fit: f64::NAN,
+                unseen: f64::NAN,
+            };
+        }
         Self {
             of_fit: ChannelLevels::of(predictions.train()).rms(),
             unseen: ChannelLevels::of(predictions.test()).rms(),

@@ -2,7 +2,7 @@
 
 use super::for_prediction::Errors;
 use crate::compare::free_simulation::simulate;
-use crate::diagnose::evidence::{FORETELLS, MOST, RISES};
+use crate::diagnose::evidence::{FORETELLS, MOVES, RISES};
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 use softdock_physics::model::prediction::signals::Signals;
@@ -14,7 +14,7 @@ pub(crate) struct Foresight<'a> {
     errors: Errors,
     unseen: &'a [&'a Recording],
     /// See [`Self::simulated`].
-    strays: OnceCell<Option<f64>>,
+    simulated: OnceCell<Option<f64>>,
 }
 
 impl<'a> Foresight<'a> {
@@ -24,7 +24,7 @@ impl<'a> Foresight<'a> {
             model,
             errors,
             unseen,
-            strays: OnceCell::new(),
+            simulated: OnceCell::new(),
         }
     }
 
@@ -34,24 +34,23 @@ impl<'a> Foresight<'a> {
     }
 
     /// Whether it foretells unseen data better, and explains the logs of the fit not much worse; before that, whether it does neither much worse,
-    /// and moves as was measured where the other one strays: to a force at a measured instant a spring that acts late is a damper,
-    /// to a motion it is none.
+    /// and [moves](Self::moves_better_than) as was measured where the other one does not.
     pub(crate) fn is_better_than(&self, other: &Self) -> bool {
         let [own, others] = [self, other].map(|one| &one.errors);
         let explains = own.of_fit < FORETELLS * others.of_fit;
         let foretells = explains && own.unseen * RISES < others.unseen;
-        self.moves_as_measured(other) || (foretells && !other.moves_as_measured(self))
+        self.moves_better_than(other) || (foretells && !other.moves_better_than(self))
     }
 
-    /// Whether its motion, simulated, stays with the measured one and leaves less than [`MOST`] of what the other one's does, if it is
-    /// not much worse at each instant.
-    fn moves_as_measured(&self, other: &Self) -> bool {
+    /// Whether its simulated motion is off by less than the motion, and by less than [`MOVES`] of what the other one's is, while neither
+    /// error at each instant is much larger: at a measured instant a spring that acts late is a damper, in a motion it is none.
+    pub(crate) fn moves_better_than(&self, other: &Self) -> bool {
         let [own, others] = [self, other].map(|one| &one.errors);
         let nearly =
             own.unseen < FORETELLS * others.unseen && own.of_fit < FORETELLS * others.of_fit;
-        let strays = |one: &Self| *one.strays.get_or_init(|| one.simulated());
-        let stays = |own: f64| own < 1.0 && strays(other).is_some_and(|others| own < MOST * others);
-        nearly && strays(self).is_some_and(stays)
+        let error = |one: &Self| *one.simulated.get_or_init(|| one.simulated());
+        let is_less = |own: f64| own < 1.0 && error(other).is_some_and(|other| own < MOVES * other);
+        nearly && error(self).is_some_and(is_less)
     }
 
     /// Mean square of what the simulated motion is off on unseen logs, of that of the motion; infinite if it runs away, None if nothing drives

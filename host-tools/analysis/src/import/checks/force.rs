@@ -183,8 +183,8 @@ fn rows(signals: &Signals<'_>, axis: Axis) -> Option<Vec<Row>> {
         let terms = Vector6::new(sloped, bent, v, dry, a, 1.0);
         (force.is_finite() && at.is_finite()).then_some(Row { terms, force, at })
     };
-    // The ends have no neighbours on both sides.
-    let rows: Vec<Row> = (1..signals.len() - 1).filter_map(row).collect();
+    let own = (0..signals.len()).filter(|n| signals.has_own_acceleration(*n));
+    let rows: Vec<Row> = own.filter_map(row).collect();
     let [back, forth] = [-1.0, 1.0].map(|sign| {
         let moves = rows.iter().filter(|row| sign * row.terms[DRY] >= 1.0);
         moves.count() as f64

@@ -366,8 +366,16 @@ impl LoadEffect {
         let names = self.coefficients.iter().enumerate();
         let sure = names.filter(|(_, c)| is_sure(c.name)).map(|(k, _)| k);
         let sure: Vec<usize> = sure.collect();
-        let is_whole = |beside| (self.effect.is_whole)(&sure, &move |_: &str| beside);
-        self.coefficients.is_empty() || (!sure.is_empty() && (is_whole(true) || is_whole(false)))
+        // Beside some of what it may be a detail of.
+        let simpler = self.effect.detail_of;
+        let is_whole = |there: u32| {
+            let beside = |id: &str| {
+                let place = simpler.iter().position(|(of, _)| *of == id);
+                place.is_none_or(|place| there >> place & 1 == 1)
+            };
+            (self.effect.is_whole)(&sure, &beside)
+        };
+        self.coefficients.is_empty() || (!sure.is_empty() && (0..1 << simpler.len()).any(is_whole))
     }
 
     /// Whether intervals say more of it than that it may not be there: that of any of its amounts leaves out 0, or, where it has
@@ -506,6 +514,18 @@ mod tests {
             stribeck.fades_as_it_turns(law, speed, &shapes)
         };
         assert_eq!([0.002, 0.02].map(fades), [false, true]);
+    }
+
+    /// All three amounts of a friction that differs by direction, whose dry part stands alone and whose viscous one beside another effect.
+    #[test]
+    fn what_is_known_of_all_its_amounts_is_known() {
+        let asymmetry = LoadEffect::find(&Model::default(), "guide_asymmetry").expect("catalogued");
+        let is_determined = |sure: &[&str]| asymmetry.is_determined(|name| sure.contains(&name));
+        let levels = ["forward_n", "backward_n"];
+        let slope = "viscous_difference_n_s_per_m";
+        assert!(is_determined(&levels) && is_determined(&[slope]) && is_determined(&levels[..1]));
+        assert!(is_determined(&[levels[0], levels[1], slope]));
+        assert!(!is_determined(&[]));
     }
 
     /// What builds up by Dahl's law over half a millimetre has its level after two; what does by Bouc and Wen's shows in a stroke of

@@ -275,11 +275,11 @@ impl<'a> Signals<'a> {
         Turned::between(self.cycles.get(n.checked_sub(1)?)?, self.cycles.get(n)?)
     }
 
-    /// Whether cycle n is at either end of a stretch of poses without commands. Its acceleration is that of the pose beside it there, of a
-    /// swing of 35 rad/s at 10 ms 23 % off.
-    pub fn is_at_an_end(&self, n: usize) -> bool {
+    /// Whether the acceleration of cycle n is its own: at either end of a stretch of poses without commands it is that of the pose beside
+    /// it, of a swing of 35 rad/s at 10 ms 23 % off.
+    pub fn has_own_acceleration(&self, n: usize) -> bool {
         let derived = self.velocity == VelocityMeaning::CycleMean && !self.commanded;
-        derived && [0, 1].iter().any(|j| self.within_stretch(n, *j).is_none())
+        !derived || [0, 1].iter().all(|j| self.within_stretch(n, *j).is_some())
     }
 
     /// Velocity and acceleration at the instant of the pose of cycle n, as they were measured.

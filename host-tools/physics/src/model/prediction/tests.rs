@@ -135,6 +135,35 @@ fn lost_telegrams_told_the_robot_nothing() {
     assert_eq!(x[9..], [1.0, 0.0, 1.0]);
 }
 
+/// Poses of a mass that is accelerated, with a row missing: at the ends of both stretches no acceleration is known. A velocity that is measured
+/// or sent has one in every row.
+#[test]
+fn a_motion_has_no_acceleration_of_its_own_at_its_ends() {
+    let mut model = Model::default();
+    model.tool.mass_kg = 1.0;
+    model.tool.dynamic_compensation = true;
+    let place = |n: usize| 0.5 * (n as f64 * TS).powi(2);
+    let log = |sent: f64, sampled: f64| {
+        let mut log = log(12, |n, cycle| {
+            cycle.trace.pose[0] = place(n);
+            let mean = (place(n) - place(n.max(1) - 1)) / TS;
+            cycle.trace.executed_velocity[0] = mean + 0.5 * TS * sampled;
+            cycle.trace.sent_velocity[0] = sent * n as f64;
+        });
+        log.cycles.remove(6);
+        log
+    };
+    let known = |log: &Recording| {
+        let x = predicted_x(&model, log, Channel::Wrench);
+        x.into_iter().map(f64::is_finite).collect::<Vec<_>>()
+    };
+    let inside = [1, 2, 3, 4, 7, 8, 9];
+    let expected: Vec<bool> = (0..11).map(|n| inside.contains(&n)).collect();
+    assert_eq!(known(&log(0.0, 0.0)), expected);
+    assert_eq!(known(&log(0.0, 1.0)), [true; 11]);
+    assert!(known(&log(1e-3, 0.0))[10]);
+}
+
 #[test]
 fn a_held_sample_is_compared_with_its_own_instant() {
     let mut model = Model::default();

@@ -106,7 +106,7 @@ impl Nominal {
         }
         let sampled = |n| {
             let sampled = signals.sampled_in(n);
-            at[sampled.filter(|sampled| !signals.is_at_an_end(*sampled))?]
+            at[sampled.filter(|sampled| signals.has_own_acceleration(*sampled))?]
         };
         let mut read: Vec<Option<Six>> = (0..signals.len()).map(sampled).collect();
         added::add_sampling(model, signals, &mut read);

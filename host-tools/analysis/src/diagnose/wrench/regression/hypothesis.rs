@@ -12,8 +12,8 @@ use std::collections::BTreeMap;
 const WORTH_A_COLUMN: f64 = 25.0;
 /// The same for further columns: that the effect is there is known by then.
 const WORTH_ONE_MORE: f64 = 14.0;
-/// A column of a detail has to keep this share that what it is a detail of does not imitate: two
-/// levels of friction would take the place of the one that they are the difference of.
+/// A column of a detail has to keep this share that what it is a detail of does not imitate: a level by direction
+/// beside that of both which the model has, or a viscous difference beside a viscous friction.
 const OWN: f64 = 0.05;
 /// Pairs that are kept.
 const KEPT: usize = 96;
