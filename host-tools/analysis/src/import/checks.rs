@@ -9,6 +9,7 @@ mod force;
 mod timing;
 
 pub(super) use timing::{GAP, ensure_rising};
+mod spikes;
 mod units;
 
 use softdock_app::record::CycleRecord;
@@ -153,6 +154,9 @@ pub fn check(recording: &Recording, context: &Context<'_>) -> Result<Vec<String>
     units::check(cycles, sample_time_s, context, &mut warnings)?;
     if !context.at_rest() {
         causality::check(cycles, sample_time_s, context, &mut warnings);
+        if context.imports {
+            spikes::check(cycles, context, &mut warnings);
+        }
     }
     force::check(recording, context, &mut warnings);
     Ok(warnings)
