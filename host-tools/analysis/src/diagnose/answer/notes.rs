@@ -7,7 +7,7 @@ use super::verdict::{of_a_rig, untested};
 use crate::compare::TOLERATED_NOISE;
 use crate::compare::sentence::listed;
 use crate::diagnose::actuator::{Candidate, Search};
-use crate::diagnose::evidence::NAMED;
+use crate::diagnose::evidence::{NAMED, RISES};
 use crate::diagnose::finding::{Equivalent, NoiseFloor, Verdict};
 use crate::diagnose::named::Named;
 use crate::diagnose::noise::autoregressive::LEAST;
@@ -201,6 +201,7 @@ impl Answer<'_> {
             };
             let why = match (of_fit, with < without) {
                 (true, _) => "the 95 % intervals of its amounts hold 0",
+                (false, true) if RISES * with > *without => "the logs of the fit are explained as well without it",
                 (false, true) => "less than a tenth, which may be an error of the form of others",
                 (false, false) => "something of another form is there",
             };

@@ -16,7 +16,7 @@ use softdock_io::recording::Recording;
 use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::prediction::Prediction;
 use softdock_physics::model::stage::Stage;
-use softdock_physics::model::{EffectModel, Model};
+use softdock_physics::model::{EffectModel, Model, WrenchMeaning};
 use std::collections::BTreeMap;
 
 /// The error's fall, the effect with the largest share first.
@@ -367,7 +367,7 @@ impl<'a> Known<'a> {
             let mut worst: Option<(usize, Refused)> = None;
             for &k in effects.iter() {
                 let (less, factor) = self.error_without(effects, k)?;
-                let of_unseen = with.test > factor * less.test;
+                let of_unseen = with.test > factor * less.test || self.is_immaterial(&with, &less);
                 let of_fit = !of_unseen;
                 let errors = match of_fit {
                     true => [less.train, with.train],
@@ -404,6 +404,15 @@ impl<'a> Known<'a> {
             *effects = without(effects, k);
             self.refit(effects)?;
         }
+    }
+
+    /// Whether neither error is smaller by as much as noise makes with an effect, where something else is left in any case: whatever has a
+    /// parameter to spare explains a little of it. What brakes a free swing takes little, and nothing else does.
+    fn is_immaterial(&self, with: &Error, without: &Error) -> bool {
+        let swings = self.model.sensor.wrench == WrenchMeaning::Free;
+        let hardly = |with: f64, without: f64| RISES * with > without;
+        let on_both = hardly(with.test, without.test) && hardly(with.train, without.train);
+        self.leaves_structure && !swings && on_both
     }
 
     /// Errors with the others alone, and the factor by which that on unseen data has to be larger with the effect: as they are, by so much
