@@ -57,11 +57,11 @@ impl Ripple {
         let share = 100.0 * self.share;
         match self.axis.is_rotation() {
             true => format!(
-                "{share:.0} % or more on each log repeats every {period} rad ({} in a turn), with an amplitude of {amplitude} N·m",
+                "{share:.0} % or more on each log that travels {FEWEST_PERIODS} periods repeats every {period} rad ({} in a turn), with an amplitude of {amplitude} N·m",
                 number(TAU / self.period)
             ),
             false => format!(
-                "{share:.0} % or more on each log repeats every {period} m, with an amplitude of {amplitude} N"
+                "{share:.0} % or more on each log that travels {FEWEST_PERIODS} periods repeats every {period} m, with an amplitude of {amplitude} N"
             ),
         }
     }
