@@ -367,7 +367,8 @@ impl<'a> Known<'a> {
             let mut worst: Option<(usize, Refused)> = None;
             for &k in effects.iter() {
                 let (less, factor) = self.error_without(effects, k)?;
-                let of_unseen = with.test > factor * less.test || self.is_immaterial(&with, &less);
+                let of_unseen =
+                    with.test > factor * less.test || self.is_immaterial(k, &with, &less);
                 let of_fit = !of_unseen;
                 let errors = match of_fit {
                     true => [less.train, with.train],
@@ -407,12 +408,14 @@ impl<'a> Known<'a> {
     }
 
     /// Whether neither error is smaller by as much as noise makes with an effect, where something else is left in any case: whatever has a
-    /// parameter to spare explains a little of it. What brakes a free swing takes little, and nothing else does.
-    fn is_immaterial(&self, with: &Error, without: &Error) -> bool {
+    /// parameter to spare explains a little of it. What brakes a free swing takes little, and nothing else does; and what is late at the end of
+    /// its search stands for something else, with the limits of that.
+    fn is_immaterial(&self, k: usize, with: &Error, without: &Error) -> bool {
         let swings = self.model.sensor.wrench == WrenchMeaning::Free;
+        let effect = LoadEffect::find(self.model, &self.all[k].effect.id);
         let hardly = |with: f64, without: f64| RISES * with > without;
         let on_both = hardly(with.test, without.test) && hardly(with.train, without.train);
-        self.leaves_structure && !swings && on_both
+        self.leaves_structure && !swings && !effect.is_some_and(LoadEffect::is_late) && on_both
     }
 
     /// Errors with the others alone, and the factor by which that on unseen data has to be larger with the effect: as they are, by so much

@@ -36,10 +36,14 @@ impl<'a> Foresight<'a> {
     /// Whether it foretells unseen data better, and explains the logs of the fit not much worse; before that, whether it does neither much worse,
     /// and [moves](Self::moves_better_than) as was measured where the other one does not.
     pub(crate) fn is_better_than(&self, other: &Self) -> bool {
+        self.moves_better_than(other)
+            || (self.foretells_better_than(other) && !other.moves_better_than(self))
+    }
+
+    /// Whether it foretells each instant of unseen data better, and explains the logs of the fit not much worse.
+    pub(crate) fn foretells_better_than(&self, other: &Self) -> bool {
         let [own, others] = [self, other].map(|one| &one.errors);
-        let explains = own.of_fit < FORETELLS * others.of_fit;
-        let foretells = explains && own.unseen * RISES < others.unseen;
-        self.moves_better_than(other) || (foretells && !other.moves_better_than(self))
+        own.unseen * RISES < others.unseen && own.of_fit < FORETELLS * others.of_fit
     }
 
     /// Whether its simulated motion is off by less than the motion, and by less than [`MOVES`] of what the other one's is, while neither
