@@ -278,8 +278,8 @@ fn ask(
     })
 }
 
-/// What is concluded from the stages. Of ties the answer is what foretells unseen data best, with the forms and intervals that a
-/// search among its effects finds; of logs that disagree none foretells another.
+/// What is concluded from the stages. Of ties the answer is the first that is [better](Foresight::is_better_than) with the forms and
+/// intervals that a search among its effects finds; of logs that disagree none foretells another.
 fn concluded(
     model: &Model,
     recordings: &Logs<&Recording>,

@@ -163,7 +163,7 @@ fn climbed(
     }
 }
 
-/// As long as the evidence rises. `but`: without this one.
+/// Adds one stage after the other, as long as the evidence rises; `but`: never this one.
 fn one_more_at_a_time(
     start: Candidate,
     but: Option<&str>,

@@ -37,7 +37,7 @@ pub(crate) struct ErrorReduction {
     pub undetermined: Vec<String>,
 }
 
-/// Effects with which the error is larger, or not much smaller where they may be errors of form.
+/// Effects with which the error is larger, or hardly smaller where something else is left or they may be errors of form.
 pub(crate) struct Refused {
     /// Their ids; several if it is so with all of them together.
     pub ids: Vec<String>,
@@ -341,7 +341,7 @@ impl<'a> Known<'a> {
     }
 
     /// Takes effects away with which the error is larger, that on unseen data or, of amounts whose intervals hold 0, that on the logs to
-    /// which they were fitted, one at a time; and all, if it is larger with all of them together, which may cancel each other, or not
+    /// which they were fitted, and those that move neither, one at a time; and all, if it is larger with all of them together, which may cancel each other, or not
     /// much smaller where they may be errors of form.
     fn refuse(&mut self, effects: &mut Vec<usize>) -> anyhow::Result<Vec<Refused>> {
         let mut refused = Vec::new();
