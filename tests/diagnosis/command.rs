@@ -96,6 +96,7 @@ fn a_hidden_friction_is_found_added_and_gone() {
 }
 
 #[test]
+#[ignore = "long: one more machine to diagnose"]
 fn effects_that_are_asked_for_are_added_together() {
     let folder = generated("cli_together", &["actuation_delay", "guide_coulomb"]);
     fn add<'a>(ids: &[&'a str]) -> Vec<&'a str> {
@@ -175,6 +176,7 @@ fn a_hidden_delay_is_found_added_and_gone() {
 }
 
 #[test]
+#[ignore = "long: a real axis through the whole command"]
 fn recorded_data_goes_the_same_way() {
     let Some(case) = recorded_data("hidden-effects-dev/d10") else {
         return;
@@ -262,6 +264,7 @@ fn a_model_is_edited_only_when_that_helps() {
 }
 
 #[test]
+#[ignore = "long: one more machine to diagnose"]
 fn a_refit_moves_what_the_log_determines_and_names_the_rest() {
     let folder = generated("cli_fit", &["guide_viscous"]);
     let add = ["add", "model.toml", "guide_viscous", "--fit"];
@@ -360,13 +363,6 @@ fn a_log_that_teaches_little_says_so() {
         "{}",
         idle.stderr
     );
-    let steady = said_of("cli_steady", |log| {
-        for cycle in &mut log.cycles {
-            cycle.trace.sent_velocity = [0.01, 0.0, 0.0, 0.0, 0.0, 0.0];
-        }
-    });
-    let said = "the velocity that is sent never changes";
-    assert!(steady.stderr.contains(said), "{}", steady.stderr);
     let gap = said_of("cli_gap", |log| {
         log.cycles.drain(900..1000);
     });
@@ -385,6 +381,21 @@ fn a_log_that_teaches_little_says_so() {
         "bad.mcap: position x changes 999.9",
         "is the position in mm?",
     ]);
+}
+
+/// A command that never changes shows no limit and no width: what is made of its amounts is no number that cannot be simulated.
+#[test]
+#[ignore = "long: an actuator that is searched in vain"]
+fn a_command_that_never_changes_says_so() {
+    let steady = said_of("cli_steady", |log| {
+        log.cycles.truncate(500);
+        for cycle in &mut log.cycles {
+            cycle.trace.sent_velocity = [0.01, 0.0, 0.0, 0.0, 0.0, 0.0];
+        }
+    });
+    assert_eq!(steady.code, Some(0), "{}", steady.stderr);
+    let said = "the velocity that is sent never changes";
+    assert!(steady.stderr.contains(said), "{}", steady.stderr);
 }
 
 #[test]

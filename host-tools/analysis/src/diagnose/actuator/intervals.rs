@@ -7,7 +7,7 @@
 use super::candidate::Search;
 use super::cost::{Cost, Term};
 use super::refine::refined;
-use super::tried::{at_an_end, plateau_step, specs};
+use super::tried::{Spec, at_an_end, plateau_step, specs};
 use nalgebra::DMatrix;
 use softdock_physics::model::stage::Stage;
 use softdock_physics::optimise::brent;
@@ -45,6 +45,8 @@ struct Profile<'a> {
     terms: &'a [Term],
     train: &'a Cost<'a>,
     flat: Vec<f64>,
+    /// The smallest value of each parameter that can be simulated: no limit and no width is negative.
+    smallest: Vec<f64>,
     least: f64,
     /// By how much χ² per value exceeds that of noise, times the successive values that count as one: a model that is not
     /// perfect has less right to narrow intervals, and errors of a form go on for many cycles.
@@ -62,12 +64,15 @@ impl<'a> Profile<'a> {
             terms,
             train,
             flat,
+            smallest: terms.iter().flat_map(|t| smallest(t, train)).collect(),
             least,
             excess: (least / train.count().max(1) as f64).max(1.0) * correlated(terms, train),
         }
     }
 
     fn at(&self, values: &[f64]) -> f64 {
+        let values = values.iter().zip(&self.smallest);
+        let values: Vec<f64> = values.map(|(value, least)| value.max(*least)).collect();
         let mut at = 0;
         let moved: Vec<Term> = self
             .terms
@@ -106,6 +111,20 @@ impl<'a> Profile<'a> {
             self.at(&alone)
         })
     }
+}
+
+/// The smallest values that the parameters of a term may have.
+fn smallest(term: &Term, train: &Cost<'_>) -> Vec<f64> {
+    /// Part of the smallest one that a search tries.
+    const BELOW: f64 = 1e-3;
+    // A delay and a lag are added to those of the nominal actuator, which may be too long.
+    let is_added = matches!(term.stage, Stage::Delay | Stage::Lag);
+    let specs = specs(term.stage, &train.scale(&term.axes));
+    let of = |spec: &Spec| match spec.low > 0.0 && !is_added {
+        true => BELOW * spec.low,
+        false => f64::NEG_INFINITY,
+    };
+    specs.iter().map(of).collect()
 }
 
 /// Successive values of what terms leave that count as one: the mean over logs and axes by their share of χ².
