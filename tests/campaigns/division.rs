@@ -88,7 +88,7 @@ pub(super) fn refuses(folder: &Path, place: &str, kept: &str) {
 
 #[test]
 fn gaps_doubles_and_parts_of_another_plan_are_refused() {
-    let folder = scratch("campaign_refused");
+    let folder = scratch("campaign_other_parts");
     plan(&folder, "c");
     let before = json(&folder, &["campaign", "status", "c"]);
     assert_eq!(

@@ -82,6 +82,7 @@ fn judged_right(level: Level, cases: &[(u64, &str)]) {
 
 /// A gain.
 #[test]
+#[ignore = "long: three diagnoses of logs that disagree, or do not"]
 fn logs_disagree_about_what_one_of_them_lacks() {
     judged_right(Level::OneLog, &[(500, "h286")]);
 }

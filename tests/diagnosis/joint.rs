@@ -104,6 +104,7 @@ pub(super) fn gear(angle: f64, _: f64) -> f64 {
 /// What real joints leave: weight and friction keep their names and, but for what of the ripple looks like
 /// them, their sizes, and it is said what the rest follows.
 #[test]
+#[ignore = "long: one more machine to diagnose"]
 fn a_joint_with_a_gear_is_named_with_a_remainder() {
     let model = Model::from_toml(MODEL, "model.toml").unwrap();
     let (train, test) = (log(12.0, 0.0, 3, gear), log(8.0, 2.0, 4, gear));
@@ -170,6 +171,7 @@ fn a_joint_behind_a_lever_keeps_weight_inertia_friction_and_offset() {
 /// Friction that grows with the root of the speed, of which the catalogue has no law: least squares has nothing to better in
 /// what is named, by as much as one percent of the error on unseen data.
 #[test]
+#[ignore = "long: one more machine to diagnose"]
 fn what_is_named_foretells_as_well_as_a_fit_of_it() {
     let root = |_: f64, v: f64| 4.0 * v.signum() * v.abs().sqrt();
     let model = Model::from_toml(&MODEL.replace("0.35", "0.0"), "model.toml").unwrap();
@@ -188,6 +190,7 @@ fn what_is_named_foretells_as_well_as_a_fit_of_it() {
 
 /// A weight that is added first takes a part of the offset, and gives it back when that is added.
 #[test]
+#[ignore = "long: one more machine to diagnose"]
 fn what_a_model_has_is_fitted_anew_beside_what_is_added() {
     const OFFSET: f64 = 3.0;
     let mut model = Model::from_toml(&MODEL.replace("0.35", "0.4"), "model.toml").unwrap();
@@ -253,6 +256,7 @@ fn effects_are_added_together_or_not_at_all() {
 /// An unseen log of fast swings in which nearly all is inertia, and the error one of its form: it has no say about a dry friction that
 /// halves the error of the other log.
 #[test]
+#[ignore = "long: one more machine to diagnose"]
 fn an_unseen_log_of_something_else_refuses_no_friction() {
     let shaken = OneAxis {
         swings: [(0.2, 23.0), (0.1, 31.0), (0.05, 37.0)],
@@ -397,6 +401,7 @@ fn gravity_inertia_and_friction_of_a_joint_are_named() {
 /// acceleration is larger than that of the torque: at half a cycle, 2 or 6 ms, a straight line between two
 /// samples would halve it.
 #[test]
+#[ignore = "long: one more machine to diagnose"]
 fn a_late_command_is_found_where_nothing_is_known_of_the_joint() {
     const LATE_S: f64 = 0.007;
     let rig = OneAxis {
@@ -438,6 +443,7 @@ fn a_late_command_is_found_where_nothing_is_known_of_the_joint() {
 /// Two devices whose clocks are apart: the torque was read before the angle, which no law of the joint and no latency of a sensor
 /// does.
 #[test]
+#[ignore = "long: one more machine to diagnose"]
 fn an_angle_that_comes_late_is_found_where_the_torque_was_measured() {
     const LATE_S: f64 = 0.007;
     let rig = OneAxis {
@@ -502,6 +508,7 @@ fn nothing_is_predicted_whose_motion_is_behind_the_end_of_the_log() {
 /// A short run in which the link hangs elsewhere, beside a gear that no law describes: the common answer fits the long run and
 /// foretells another of its kind.
 #[test]
+#[ignore = "long: one more machine to diagnose"]
 fn logs_of_other_weights_disagree_beside_what_no_law_describes() {
     let model = Model::from_toml(MODEL, "model.toml").unwrap();
     let elsewhere = |q: f64, v: f64| {

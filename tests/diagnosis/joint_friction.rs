@@ -21,6 +21,7 @@ fn chosen(found: &Diagnosis, name: &str) -> f64 {
 /// A bearing with a film: the friction has its level from some speed on. The likelihood, which has the ripple of the gear to fit to,
 /// does not see it.
 #[test]
+#[ignore = "long: one more machine to diagnose"]
 fn the_friction_of_a_joint_turns_round_over_a_speed() {
     const SPEED: f64 = 0.2;
     let film = |q: f64, v: f64| FRICTION.0 * (v / v.hypot(SPEED) - v.signum()) + 0.2 * gear(q, v);
@@ -45,6 +46,7 @@ fn builds_up(angle: f64) -> impl FnMut(f64, f64) -> f64 {
 
 /// A belt: 5 mrad after each reversal before the joint slides.
 #[test]
+#[ignore = "long: one more machine to diagnose"]
 fn the_friction_of_a_joint_builds_up_over_an_angle() {
     let model = Model::from_toml(MODEL, "model.toml").unwrap();
     let train = log(12.0, 0.0, 5, builds_up(0.005));
@@ -122,6 +124,7 @@ fn a_late_sensor_is_found_where_the_reversal_that_it_moves_looks_round() {
 /// A band brake under a sine: its friction builds up over a good part of the travel. Behind the low-pass of a sensor a sharp friction
 /// looks nearly so, and laws without a low-pass do as well as with it; the curve leaves far less than both.
 #[test]
+#[ignore = "long: one more machine to diagnose"]
 fn a_brake_that_builds_up_is_no_low_pass_of_the_sensor() {
     const SLIDES_AT_M: f64 = 0.006;
     let rig = OneAxis {
@@ -190,6 +193,7 @@ fn clocks_that_are_apart_in_one_log_are_a_disagreement() {
 
 /// A dry friction and a constant are a friction of two sizes, of as many parameters; a latency beside them is neither.
 #[test]
+#[ignore = "long: one more machine to diagnose"]
 fn an_answer_with_fewer_effects_than_the_search_had_has_its_own_ties() {
     let model = MODEL.replace("wrench = \"commanded\"", "wrench = \"measured\"");
     let model = Model::from_toml(&model.replace("0.35", "0.4"), "model.toml").unwrap();

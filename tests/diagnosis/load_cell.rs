@@ -63,6 +63,7 @@ fn a_load_cell_of_one_axis_weighs_its_tool() {
 
 /// Ten cycles of 20 ms are looked for: 130 ms are found, and 260 ms are not.
 #[test]
+#[ignore = "long: one more machine to diagnose"]
 fn a_reading_is_late_by_ten_cycles_at_the_most() {
     let found = diagnosed("late_load_cell", 0.13);
     let late = found.parameters["ft_latency"]["latency_s"].value;
@@ -79,6 +80,7 @@ const DAMPER: (f64, f64, f64, f64) = (240.0, 0.0105, 780.0, 56.0);
 /// A damper on a machine that moves it in a sine, whose force comes 28 ms late through a low-pass, beside errors of form that no law
 /// describes. A spring, in quadrature with the velocity, imitates the delay; which foretells better tells the two apart.
 #[test]
+#[ignore = "long: one more machine to diagnose"]
 fn a_late_force_beside_a_round_reversal_is_no_spring() {
     const LATE_S: f64 = 0.028;
     let mut noise = RandomStream::new(12, 0);

@@ -26,7 +26,7 @@ fn a_panic_leaves_its_text_and_place() {
 #[test]
 fn a_stack_overflow_is_called_by_its_name() {
     for chip in ["an500", "an385"] {
-        let said = last_words("qemu_stack", "stack", chip);
+        let said = last_words("qemu_overflow", "stack", chip);
         assert!(said.contains("stack overflow: stack pointer 0x"), "{said}");
     }
 }

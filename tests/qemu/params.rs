@@ -69,6 +69,7 @@ fn runs_and_stops(served: &Served<QemuBoard>) -> bool {
 
 /// Who changes settings starts by hand.
 #[test]
+#[ignore = "long: one more launch in QEMU"]
 fn with_start_it_starts_once() {
     let mut served = serve_emulated("qemu_start_once", BUSY_COMPUTER, &["--start"]);
     let sensor = Sensor::connect(served.board.can);
@@ -92,6 +93,7 @@ fn with_start_it_starts_once() {
 /// Settings are listed, changed, tried behind a reset, confirmed, and are there in the next launch
 /// with the same flash.
 #[test]
+#[ignore = "long: one more launch in QEMU"]
 fn settings_survive_resets_and_launches() {
     let flash = std::env::temp_dir().join(format!("softdock-test-{}.bin", std::process::id()));
     let arguments = ["--flash", flash.to_str().unwrap()];

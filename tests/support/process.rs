@@ -1,6 +1,7 @@
 //! Child processes of the tests: what they say, bounded waits, and an end in every case.
 
 use serde_json::Value;
+use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::fs::OpenOptions;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -482,8 +483,16 @@ fn note(list: &str, why: &str) {
 /// An empty folder for the files of one test, under `target/`.
 ///
 /// # Panics
-/// If it cannot be made.
+/// If it cannot be made, or another test has it.
 pub fn scratch(test: &str) -> PathBuf {
+    static OWNERS: Mutex<BTreeMap<String, String>> = Mutex::new(BTreeMap::new());
+    // Each test has a thread of its own, which has its name.
+    let thread = thread::current();
+    let this = thread.name().unwrap_or_default();
+    let mut owners = OWNERS.lock().unwrap_or_else(PoisonError::into_inner);
+    let owner = owners.entry(test.to_owned()).or_insert(this.to_owned());
+    assert_eq!(owner, this, "two tests have the folder {test}");
+    drop(owners);
     let folder = profile_folder().join("scratch").join(test);
     if folder.exists() {
         std::fs::remove_dir_all(&folder).expect("an old scratch folder can be removed");
