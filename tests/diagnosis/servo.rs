@@ -4,6 +4,7 @@ use super::joint::named;
 use softdock_analysis::diagnose::{Report, Verdict, diagnose};
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
+use softdock_statistics::RandomStream;
 use softdock_tests::one_axis::OneAxis;
 
 const MODEL: &str =
@@ -214,4 +215,34 @@ fn single_steps_of_one_motor_do_not_disagree() {
         let said = &found.parameters[id][name];
         assert!((said.value / truth - 1.0).abs() < 0.2, "{id}: {said:?}");
     }
+}
+
+/// A motor that is switched on and off: on it is there in 10 ms, off it coasts down for 80 ms. Two values of a command lie on a
+/// straight line: of what it does with small ones they say nothing.
+#[test]
+fn a_command_of_two_values_shows_no_dead_zone() {
+    let rig = at_rest(0.004);
+    let switched = |seconds: f64, seed: u64| {
+        let mut random = RandomStream::new(seed, 0);
+        let mut recording = rig.record(seconds, 0.0, seed, |_| 0.0);
+        let [mut x, mut v, mut sent] = [0.0; 3];
+        for (n, cycle) in recording.cycles.iter_mut().enumerate() {
+            cycle.trace.sent_velocity[0] = sent;
+            cycle.trace.executed_velocity[0] = v;
+            cycle.trace.pose = [x, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+            cycle.inputs.sensor.wrench = [f64::NAN; 6];
+            let time_constant_s = if sent > v { 0.01 } else { 0.08 };
+            v += (1.0 - (-rig.cycle_s / time_constant_s).exp()) * (sent - v);
+            x += rig.cycle_s * v;
+            if n % 5 == 4 {
+                sent = if random.normal() > 0.0 { 0.02 } else { 0.0 };
+            }
+        }
+        recording
+    };
+    let model = Model::from_toml(MODEL, "model.toml").unwrap();
+    let found = diagnosed(&model, &[switched(12.0, 1), switched(8.0, 2)]).diagnosis;
+    let mut tried = found.ranked.iter().flat_map(|one| &one.effects);
+    let bends = tried.find(|id| ["command_deadzone", "gain_by_direction"].contains(&id.as_str()));
+    assert_eq!(bends, None, "{}", found.sentence);
 }

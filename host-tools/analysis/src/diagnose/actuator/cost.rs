@@ -551,9 +551,19 @@ impl<'a> Cost<'a> {
 
     /// Number of values that were sent on an axis.
     pub(super) fn commands(&self, axis: usize) -> usize {
-        let each = self.logs.iter().flat_map(|log| &log.log.sent[axis]);
-        let values: BTreeSet<u64> = each.map(|value| value.to_bits()).collect();
+        let values: BTreeSet<u64> = self.sent(axis).map(f64::to_bits).collect();
         values.len()
+    }
+
+    /// Whether an axis was told to move both ways.
+    pub(super) fn is_sent_both_ways(&self, axis: usize) -> bool {
+        self.sent(axis).any(|v| v > 0.0) && self.sent(axis).any(|v| v < 0.0)
+    }
+
+    fn sent(&self, axis: usize) -> impl Iterator<Item = f64> + '_ {
+        self.logs
+            .iter()
+            .flat_map(move |log| log.log.sent[axis].iter().copied())
     }
 }
 

@@ -49,7 +49,7 @@ fn searched(cost: &Cost<'_>, ask: &Ask<'_>) -> Search {
     let scopes = scopes(&cost.active);
     let singles: Vec<Candidate> = Stage::ALL
         .par_iter()
-        .filter(|stage| !(ask.excluded)(stage.id()))
+        .filter(|stage| !(ask.excluded)(stage.id()) && shows(cost, **stage))
         .filter_map(|stage| best_single(*stage, &scopes, cost, &[], ask.excluded))
         .inspect(|found| ask.watch.tell(|| found.trial(&nominal)))
         .collect();
@@ -115,6 +115,17 @@ fn searched(cost: &Cost<'_>, ask: &Ask<'_>) -> Search {
         apart,
         equal_forms,
     }
+}
+
+/// Whether the commands can show a stage: two values lie on a straight line, whatever the curve through them is, and commands in one
+/// direction do not tell its gain from that of both.
+fn shows(cost: &Cost<'_>, stage: Stage) -> bool {
+    let shows = |axis: usize| match stage {
+        Stage::DeadZone | Stage::PlannerVelocity => cost.commands(axis) > 2,
+        Stage::Direction => cost.is_sent_both_ways(axis),
+        _ => true,
+    };
+    (0..6).any(|axis| cost.active[axis] && shows(axis))
 }
 
 /// Pairs, then one stage more at a time, as long as the evidence rises, and once more without the one that is needed least.
