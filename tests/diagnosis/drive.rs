@@ -181,6 +181,41 @@ fn what_would_drive_in_one_direction_is_no_friction() {
     assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.sentence);
 }
 
+/// A torque that was measured behind a filter of 5 ms and is called the command: no command comes after the motion that it causes,
+/// which is said, and what to write.
+#[test]
+fn what_comes_after_the_motion_was_not_told() {
+    const LATE_S: f64 = 0.005;
+    let late = OneAxis {
+        late_s: -LATE_S,
+        noise: (1e-8, 0.05),
+        ..SWUNG
+    };
+    let force = |[_, v, a]: [f64; 3]| KNOWN.0 * a + FRICTION.1 * v;
+    let text = MODEL.replace("unscaled", "commanded");
+    let (text, _) = text.split_once("[[effect]]").unwrap();
+    let model = Model::from_toml(text, "model.toml").unwrap();
+    let (train, test) = (
+        late.record(12.0, 0.0, 9, force),
+        late.record(8.0, 2.0, 10, force),
+    );
+    let found = diagnose(&model, &[&train], &[&test], &|_, _| {}).unwrap();
+    let found = found.diagnosis;
+    let said = found.notes.iter().find_map(|note| {
+        let (late, rest) = note
+            .strip_prefix("The load comes some ")?
+            .split_once(" ms after")?;
+        assert!(rest.contains("wrench = \"measured\""), "{rest}");
+        late.parse::<f64>().ok()
+    });
+    let late_ms = said.unwrap_or_else(|| panic!("{} {:?}", found.sentence, found.notes));
+    // A part of it is in the friction that was found.
+    assert!(
+        (0.5..1.1).contains(&(1e-3 * late_ms / LATE_S)),
+        "{late_ms} ms"
+    );
+}
+
 /// A table of a quarter of a ton; and one so heavy that it is another unit, of which several effects that were asked for say why they
 /// are not added.
 #[test]

@@ -45,6 +45,7 @@ pub use logs::Logs;
 use crate::compare::compare;
 use crate::fit::same_rig;
 use crate::held_back::{all_held_back, are_of_one_log};
+use crate::levels::ChannelLevels;
 use answer::outcome::Outcome;
 use anyhow::{bail, ensure};
 use prediction_error::for_prediction::Errors;
@@ -252,6 +253,12 @@ fn ask(
         .map_or_else(|| pieces.clone(), Logs::map_refs);
     let unseen = !test.is_empty();
     let (stages, outcome) = concluded(model, &recordings, unseen, question, progress)?;
+    let much_is_left = stages.wrench.as_ref().is_some_and(much_is_left);
+    let is_whole = outcome.diagnosis.verdict == Verdict::Named && cut.is_none();
+    let left = match is_whole && much_is_left {
+        true => left_on_each(&outcome, &recordings)?,
+        false => Vec::new(),
+    };
     let mut diagnosis = outcome.diagnosis;
     if cut.is_some() {
         let note = stretches::note_of_gaps(&whole, &pieces);
@@ -260,11 +267,7 @@ fn ask(
     if parts.is_some() {
         diagnosis.notes.push(stretches::note(&pieces, &recordings));
     }
-    let much_is_left = stages.wrench.as_ref().is_some_and(much_is_left);
-    if diagnosis.verdict == Verdict::Named && cut.is_none() && much_is_left {
-        let left = left_on_each(&diagnosis, &outcome.after, &recordings)?;
-        diagnosis.notes.extend(left);
-    }
+    diagnosis.notes.extend(left);
     if let Some(settings) = same_rig::said_first(train, test) {
         diagnosis.sentence = answer::sentence::of_two_rigs(&settings, &diagnosis.sentence);
     }
@@ -311,7 +314,7 @@ fn concluded(
         };
         let mut other_stages = stages::run(model, recordings, &among, &|_, _| {})?;
         if let (Some(wrench), Some(tried)) = (&mut other_stages.wrench, &stages.wrench) {
-            wrench.remember(tried.found.ranked.clone());
+            wrench.remember(tried);
         }
         let other = answer::outcome::conclude(model, recordings, &other_stages, unseen, question)?;
         let [now, then] = [&outcome, &other].map(|one| {
@@ -327,31 +330,38 @@ fn concluded(
     Ok((stages, outcome))
 }
 
-/// What a comparison says of the model with what is named, on a log of the fit and on another one.
-fn left_on_each(
-    diagnosis: &Diagnosis,
-    after: &Model,
-    recordings: &Logs<&Recording>,
-) -> anyhow::Result<Vec<String>> {
-    let first_of = |logs: &[&Recording], of: &str| match logs.len() {
-        1 => format!("the log of {of}"),
-        _ => format!("the first log of {of}"),
+/// What a comparison says of the model with what is named, on the log of the fit and the unseen one of which it leaves most.
+fn left_on_each(outcome: &Outcome, recordings: &Logs<&Recording>) -> anyhow::Result<Vec<String>> {
+    let (diagnosis, predictions) = (&outcome.diagnosis, &outcome.predictions);
+    let of = |recordings: &[&Recording], predictions: &[Prediction], name: &str| {
+        let left = predictions
+            .iter()
+            .map(|p| ChannelLevels::of(std::slice::from_ref(p)).rms());
+        let worst = left.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
+        let worst = worst.map_or(0, |(worst, _)| worst);
+        let log = match recordings.len() {
+            1 => name.to_owned(),
+            count => format!(
+                "{name}, number {} of {count}, which has most of it",
+                worst + 1
+            ),
+        };
+        let rest = compare(&outcome.after, recordings[worst])?.sentence;
+        Ok(format!("What is left on {log}: {rest}"))
     };
-    let (of_fit, of_test) = (recordings.train(), recordings.test());
-    let shown = match diagnosis.unseen {
-        true => first_of(of_test, "the test"),
-        false => "the end of the log".to_owned(),
-    };
-    let mut each = vec![(first_of(of_fit, "the fit"), of_fit[0])];
+    let mut each = vec![of(
+        recordings.train(),
+        predictions.train(),
+        "the log of the fit",
+    )];
     if !diagnosis.in_sample {
-        each.push((shown, of_test[0]));
+        let name = match diagnosis.unseen {
+            true => "the log of the test",
+            false => "the end of the log",
+        };
+        each.push(of(recordings.test(), predictions.test(), name));
     }
-    each.into_iter()
-        .map(|(log, recording)| {
-            let rest = compare(after, recording)?.sentence;
-            Ok(format!("What is left on {log}: {rest}"))
-        })
-        .collect()
+    each.into_iter().collect()
 }
 
 /// Whether more than details of its form is left of the reading.

@@ -117,6 +117,11 @@ impl Effect {
         }
     }
 
+    /// Whether it is where a mass is, and none of a mass.
+    pub fn is_a_lever(&self) -> bool {
+        !self.parameters.is_empty() && self.parameters.iter().all(|p| p.unit == "m")
+    }
+
     /// Whether it acts by where something is, and not only by how that moves. `turns`: what moves turns about a bearing, and
     /// the weight of a tool with it.
     pub fn acts_by_position(&self, turns: bool) -> bool {

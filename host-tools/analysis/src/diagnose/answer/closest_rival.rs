@@ -4,7 +4,7 @@
 use crate::diagnose::catalogue::is_shape;
 use crate::diagnose::evidence::{self, AS_MUCH, NEARLY_AS_GOOD, TOLD_APART};
 use crate::diagnose::finding::{Experiment, Ranked, RunnerUp, TOGETHER, Tie};
-use softdock_physics::effects::by_id;
+use softdock_physics::effects::{Group, by_id};
 use softdock_physics::model::Channel;
 use std::collections::BTreeSet;
 
@@ -281,14 +281,17 @@ fn without_it(id: &str, with_it: &Ranked, ranked: &[Ranked]) -> f64 {
     ranked.iter().find(is_rest).map_or(0.0, Ranked::fall)
 }
 
-/// What the catalogue says tells an effect and its rival apart; `first` where there is no rival. Who has a rig can try it on the
-/// simulated one.
+/// What the catalogue says tells an effect and its rival apart; `first` where there is no rival. Where nothing was felt there is no
+/// sensor to be turned. Who has a rig can try it on the simulated one.
 pub(crate) fn experiment(
     first: Option<&String>,
     rival: &RunnerUp,
+    is_felt: bool,
     of_a_rig: bool,
 ) -> Option<Experiment> {
-    let effect = by_id(&rival.of).or_else(|| by_id(first?))?;
+    let ids = [Some(&rival.of), first, Some(&rival.effect)];
+    let mut effects = ids.into_iter().filter_map(|id| by_id(id?));
+    let effect = effects.find(|effect| is_felt || effect.group != Group::Sensor)?;
     Some(Experiment {
         sentence: effect.tell_apart.to_owned(),
         separation_now: rival.behind,

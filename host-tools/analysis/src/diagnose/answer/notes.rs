@@ -15,7 +15,7 @@ use crate::diagnose::noise::structure::SLOW_HZ;
 use crate::diagnose::prediction_error::error_reduction::{ErrorReduction, Refused};
 use crate::diagnose::prediction_error::log_to_log::LogToLog;
 use crate::diagnose::stages::Stages;
-use crate::diagnose::wrench::{Disagreement, PreparedLog, Ripple};
+use crate::diagnose::wrench::{self, AfterMotion, Disagreement, PreparedLog, Ripple};
 use softdock_physics::effects::CATALOGUE;
 use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::load::{Column, Scene};
@@ -88,6 +88,8 @@ impl Answer<'_> {
                 "{what} is not tested: the load is the same from beginning to end of each log."
             ));
         }
+        notes.extend(self.after_motion());
+        notes.extend(self.in_proportion());
         if stages.logs.have_own_origins() {
             let turns = model.bearing().is_some();
             let by_position = CATALOGUE.iter().filter(|e| e.acts_by_position(turns));
@@ -107,6 +109,40 @@ impl Answer<'_> {
         );
         }
         notes
+    }
+
+    /// That what was told comes after the motion, as a measured one may.
+    fn after_motion(&self) -> Option<String> {
+        let found = self.stages.wrench.as_ref()?;
+        let found = found.left().is_structured().then_some(found)?;
+        let accepted = found.found.accepted.as_ref()?;
+        let AfterMotion { late_s, share } = wrench::after_motion(&found.prepared, accepted)?;
+        Some(format!(
+            "The load comes some {} ms after the motion, which explains {} of what is left of it, and what a drive was told cannot. If it \
+             was measured, wrench = \"measured\" in [sensor] of the model has a late sensor looked for.",
+            number::significant(1e3 * late_s, 2),
+            small_share(share.min(1.0)),
+        ))
+    }
+
+    /// To what the amounts are in proportion where nothing drives.
+    fn in_proportion(&self) -> Option<String> {
+        let Model { tool, sensor, .. } = self.model;
+        let (of, value, unit) = match self.model.bearing() {
+            Some(_) => (
+                "moment of inertia",
+                self.model.inertia_about_bearing(),
+                "kg·m²",
+            ),
+            None => ("mass", tool.mass_kg, "kg"),
+        };
+        (sensor.wrench == WrenchMeaning::Free && self.verdict == Verdict::Named).then(|| {
+            let value = number::significant(value, 3);
+            format!(
+                "Nothing drives what moves: amounts and errors are in proportion to its {of} in the model, {value} {unit}, and as \
+                 right as that is."
+            )
+        })
     }
 
     /// What the search could not decide.

@@ -7,7 +7,7 @@ use super::ranking;
 use super::regions;
 use super::sentence;
 use super::unaccounted::Unaccounted;
-use super::verdict::{Judged, of_a_rig, untested};
+use super::verdict::{Judged, is_driven, of_a_rig, untested};
 use crate::diagnose::evidence;
 use crate::diagnose::finding::{Diagnosis, Equivalent, Nominal, Ranked, Region, RunnerUp, Verdict};
 use crate::diagnose::logs::Logs;
@@ -129,7 +129,8 @@ impl Said<'_> {
             sentence: String::new(),
             verdict: judged.verdict,
             experiment: runner_up.as_ref().and_then(|rival| {
-                closest_rival::experiment(judged.named().first(), rival, of_a_rig(stages))
+                let is_felt = !is_driven(stages);
+                closest_rival::experiment(judged.named().first(), rival, is_felt, of_a_rig(stages))
             }),
             parameters: named
                 .map(|n| (n.effect.id.clone(), n.estimates.clone()))

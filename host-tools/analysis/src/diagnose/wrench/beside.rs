@@ -211,8 +211,8 @@ pub(crate) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) ->
             continue;
         }
         imitated.push(one);
+        fewer.remember(&finding);
         fewer.found.before_late.extend(finding.found.before_late);
-        fewer.remember(finding.found.ranked);
         finding = fewer;
         least = least.min(finding.error_on_unseen());
     }

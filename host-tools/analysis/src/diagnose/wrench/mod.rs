@@ -20,5 +20,5 @@ pub(crate) use regression::tested::Tested;
 pub(crate) use remainder::{
     Remainder, Ripple, Standing, remainder, ripples, smooth, standings, worths,
 };
-pub(crate) use search::other_sign::{OtherSign, other_sign};
+pub(crate) use search::other_sign::{AfterMotion, OtherSign, after_motion, other_sign};
 pub(crate) use search::{Ask, Disagreement, Found, exchanged, search};

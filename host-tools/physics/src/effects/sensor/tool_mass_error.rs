@@ -8,7 +8,7 @@ use softdock_control::frames::Wrench;
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
     id: "tool_mass_error",
-    title: "Mass of the tool",
+    title: "Mass of the tool, or of what an axis moves",
     summary: "the tool on the sensor is heavier or lighter than nominal",
     group: Group::Sensor,
     naming: Naming::Cause,

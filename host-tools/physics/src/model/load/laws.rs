@@ -34,6 +34,10 @@ pub(super) fn acts(scene: &Scene, effect: &Effect) -> bool {
         }
         Law::Drive(_) => live(WrenchMeaning::Unscaled),
         Law::Formula(_) => !sensor.at_rest,
+        // On a bearing the weight of what nobody weighed is a torque, of which a lever of 1 kg is another name.
+        Law::Tool(_) if effect.is_a_lever() && scene.model.bearing().is_some() => {
+            known_mass(&scene.model).is_some()
+        }
         _ => true,
     }
 }
@@ -75,7 +79,17 @@ pub(super) fn part(
         Law::Actuator(Actuator {
             late: Some(law), ..
         }) => early(scene, reading, law(p)),
-        Law::Apart(law) => apart(scene, reading, law(p)),
+        Law::Apart(law) => {
+            let delay_s = law(p);
+            early(
+                scene,
+                reading,
+                Lateness {
+                    delay_s,
+                    lag_s: 0.0,
+                },
+            )
+        }
         Law::Formula(law) => formula(scene, law, p)?,
         Law::Sample(_) | Law::Actuator(_) | Law::Spacecraft(_) | Law::Clock(_) => return None,
     })
@@ -236,22 +250,15 @@ fn late(scene: &Scene, reading: &Column, by: Lateness) -> Column {
     late.less(reading)
 }
 
-/// Change of a reading that is there before what it is the reading of.
+/// Change of a reading that is there before what it is the reading of, or after it where the delay is negative.
 fn early(scene: &Scene, reading: &Column, by: Lateness) -> Column {
+    let Lateness { delay_s, lag_s } = by;
+    if delay_s < 0.0 {
+        let delay_s = -delay_s;
+        return late(scene, reading, Lateness { delay_s, lag_s });
+    }
     let early = reading.each(|series| by.anticipated(series, scene.cycle_s));
     early.less(reading)
-}
-
-/// Change of a reading whose motion is read so much later, s, or earlier if negative.
-fn apart(scene: &Scene, reading: &Column, delay_s: f64) -> Column {
-    let by = Lateness {
-        delay_s: delay_s.abs(),
-        lag_s: 0.0,
-    };
-    match delay_s < 0.0 {
-        true => late(scene, reading, by),
-        false => early(scene, reading, by),
-    }
 }
 
 /// Change of a reading in each cycle.
@@ -293,11 +300,15 @@ pub fn in_motion(
     }
 }
 
-/// Mass that hangs on the sensor: the nominal one, or without one what the model knows by an effect
-/// on the tool; 1 kg where it knows neither, so that a fit gives the product of both.
+/// Mass that hangs on the sensor; 1 kg where the model does not know it, so that a fit gives the product of both.
 pub(super) fn hanging(model: &Model) -> f64 {
+    known_mass(model).unwrap_or(1.0)
+}
+
+/// The nominal mass of the tool, or without one what the model knows by an effect on the tool.
+fn known_mass(model: &Model) -> Option<f64> {
     if model.tool.mass_kg > 0.0 {
-        return model.tool.mass_kg;
+        return Some(model.tool.mass_kg);
     }
     let kilograms = |effect: &EffectModel| -> f64 {
         let of_the_tool =
@@ -308,8 +319,6 @@ pub(super) fn hanging(model: &Model) -> f64 {
             .filter(|p| p.unit == "kg");
         of_mass.filter_map(|p| effect.parameters.get(p.name)).sum()
     };
-    match model.effects.iter().map(kilograms).sum::<f64>() {
-        mass if mass > 0.0 => mass,
-        _ => 1.0,
-    }
+    let mass = model.effects.iter().map(kilograms).sum::<f64>();
+    (mass > 0.0).then_some(mass)
 }

@@ -172,6 +172,17 @@ impl Joint {
         self.has_remainder = false;
     }
 
+    /// By how much more of each log there is to explain than in another regression, beside the same noise, where other nominal
+    /// parameters are held.
+    pub(crate) fn more_to_explain_than(&self, other: &Self) -> Option<Vec<f64>> {
+        let both = self
+            .problem
+            .chi2_of_logs
+            .iter()
+            .zip(&other.problem.chi2_of_logs);
+        (self.frozen != other.frozen).then(|| both.map(|(own, other)| own - other).collect())
+    }
+
     /// A hypothesis with what it is worth in this regression as it is.
     pub(crate) fn valued(&self, tested: Tested) -> Tested {
         let white = self.white_part(Some(&tested));
@@ -379,6 +390,13 @@ impl Joint {
     fn white_part(&self, tested: Option<&Tested>) -> Column {
         let parts = self.parts(tested);
         self.problem.whitened(&parts.iter().collect::<Vec<_>>())
+    }
+
+    /// Sum of squares of what a hypothesis leaves of all readings, with nominal parameters as they are.
+    pub(crate) fn squares_left(&self, tested: &Tested) -> f64 {
+        let rests = self.rests(Some(tested), &[]);
+        let all = rests.iter().flat_map(|rest| &rest.exact.0).flatten();
+        all.map(|left| left * left).sum()
     }
 
     /// What one effect of a hypothesis contributes, in units of the noise.

@@ -53,6 +53,17 @@ impl Tested {
         self
     }
 
+    /// The same where so much more of each log is to be explained, as nominal parameters are held: it leaves what it left.
+    pub(crate) fn with_more_to_explain(mut self, more: &[f64]) -> Self {
+        let sum: f64 = more.iter().sum();
+        self.to_explain += sum;
+        self.evidence += sum;
+        self.gain += sum;
+        let each = self.gains.iter_mut().zip(more);
+        each.for_each(|(gain, more)| *gain += more);
+        self
+    }
+
     /// Whether its effects are those of another hypothesis, in whatever order.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         self.effects_in_order() == other.effects_in_order()

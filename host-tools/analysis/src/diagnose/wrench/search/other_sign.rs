@@ -1,14 +1,16 @@
 //! What a law would explain with the sign that physics forbids it: what pulls where a spring would push is no spring, and
-//! looks like one.
+//! looks like one; what was told and comes after the motion has a delay that is negative.
 
 use crate::diagnose::catalogue::has;
-use crate::diagnose::evidence::MOST;
-use crate::diagnose::wrench::Tested;
+use crate::diagnose::evidence::{Foretold, MOST};
 use crate::diagnose::wrench::regression::joint::Joint;
+use crate::diagnose::wrench::{Fitted, Tested};
 use softdock_physics::model::Model;
 use softdock_physics::model::load::Column;
 use softdock_physics::model::load::effects::{LoadEffect, Sign};
+use softdock_physics::optimise::brent;
 use softdock_report::number;
+use std::collections::BTreeMap;
 
 /// A law with a sign that it cannot have.
 pub(crate) struct OtherSign {
@@ -56,6 +58,47 @@ pub(crate) fn other_sign(joint: &Joint, accepted: &Tested) -> Option<OtherSign> 
     let best = simple_laws(joint, model, accepted).filter_map(with);
     let best = best.max_by(|a, b| a.0.total_cmp(&b.0));
     best.map(|(_, one)| one)
+}
+
+/// A load that was told, and comes after the motion that it should cause.
+pub(crate) struct AfterMotion {
+    /// By how much, s.
+    pub late_s: f64,
+    /// Share of what is left of the reading, by its square, that this would explain.
+    pub share: f64,
+}
+
+/// By how much what was told comes after the motion, if that would explain most of what effects leave.
+pub(crate) fn after_motion(joint: &Joint, accepted: &Tested) -> Option<AfterMotion> {
+    /// Part of it to which it is known.
+    const RESOLVED: f64 = 0.01;
+    let model = &joint.logs.first()?.scene.model;
+    let delay = LoadEffect::all(model).find(|effect| effect.is_a_delay())?;
+    let shape = delay.shapes.first()?;
+    let acts = joint.logs.iter().any(|log| delay.acts(&log.scene));
+    if !acts || !model.sensor.wrench.is_told() || accepted.effects.is_empty() {
+        return None;
+    }
+    let left = |late_s: f64| {
+        let mut with = accepted.clone();
+        with.effects.push(Fitted {
+            beside_remainder: 1.0,
+            elsewhere: BTreeMap::new(),
+            foretold: Foretold::UNKNOWN,
+            id: delay.id,
+            parameters: BTreeMap::from([(shape.name, (-late_s, 0.0, shape.unit))]),
+        });
+        joint.squares_left(&with)
+    };
+    let tried = delay.tried(shape, joint.pace());
+    let each = tried.iter().map(|late_s| left(*late_s)).enumerate();
+    let (best, _) = each.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let low = best.checked_sub(1).map_or(0.0, |before| tried[before]);
+    let high = tried.get(best + 1).copied().unwrap_or(tried[best]);
+    let tolerance = RESOLVED * tried[best];
+    let (late_s, least) = brent((low, tried[best], high), tolerance, left);
+    let share = 1.0 - least / joint.squares_left(accepted);
+    (share > MOST).then_some(AfterMotion { late_s, share })
 }
 
 /// Laws without a free shape that are not found yet, with the place of each coefficient that may be there alone.
