@@ -136,7 +136,6 @@ fn a_play_of_the_latches_is_named() {
 }
 
 #[test]
-#[ignore = "long: one more machine to diagnose"]
 fn an_approach_that_ends_in_the_socket_names_them_too() {
     an_approach_names("docking_latch_slip", "force_n", 8.0, 0.01);
 }

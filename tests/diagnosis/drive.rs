@@ -203,7 +203,7 @@ fn what_comes_after_the_motion_was_not_told() {
     let found = found.diagnosis;
     let said = found.notes.iter().find_map(|note| {
         let (late, rest) = note
-            .strip_prefix("The load comes some ")?
+            .strip_prefix("The recorded load comes some ")?
             .split_once(" ms after")?;
         assert!(rest.contains("wrench = \"measured\""), "{rest}");
         late.parse::<f64>().ok()

@@ -401,7 +401,6 @@ fn gravity_inertia_and_friction_of_a_joint_are_named() {
 /// acceleration is larger than that of the torque: at half a cycle, 2 or 6 ms, a straight line between two
 /// samples would halve it.
 #[test]
-#[ignore = "long: one more machine to diagnose"]
 fn a_late_command_is_found_where_nothing_is_known_of_the_joint() {
     const LATE_S: f64 = 0.007;
     let rig = OneAxis {

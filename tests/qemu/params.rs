@@ -93,7 +93,6 @@ fn with_start_it_starts_once() {
 /// Settings are listed, changed, tried behind a reset, confirmed, and are there in the next launch
 /// with the same flash.
 #[test]
-#[ignore = "long: one more launch in QEMU"]
 fn settings_survive_resets_and_launches() {
     let flash = std::env::temp_dir().join(format!("softdock-test-{}.bin", std::process::id()));
     let arguments = ["--flash", flash.to_str().unwrap()];

@@ -330,19 +330,20 @@ fn concluded(
     Ok((stages, outcome))
 }
 
-/// What a comparison says of the model with what is named, on the log of the fit and the unseen one of which it leaves most.
+/// What a comparison says of the model with what is named, on the log of the fit and the unseen one with the largest error.
 fn left_on_each(outcome: &Outcome, recordings: &Logs<&Recording>) -> anyhow::Result<Vec<String>> {
     let (diagnosis, predictions) = (&outcome.diagnosis, &outcome.predictions);
     let of = |recordings: &[&Recording], predictions: &[Prediction], name: &str| {
         let left = predictions
             .iter()
-            .map(|p| ChannelLevels::of(std::slice::from_ref(p)).rms());
-        let worst = left.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
+            .map(|p| ChannelLevels::of(std::slice::from_ref(p)).wrench);
+        let known = left.enumerate().filter(|(_, left)| left.is_finite());
+        let worst = known.max_by(|a, b| a.1.total_cmp(&b.1));
         let worst = worst.map_or(0, |(worst, _)| worst);
         let log = match recordings.len() {
             1 => name.to_owned(),
             count => format!(
-                "{name}, number {} of {count}, which has most of it",
+                "{name}, number {} of {count}, which has the largest error",
                 worst + 1
             ),
         };

@@ -117,8 +117,8 @@ impl Effect {
         }
     }
 
-    /// Whether it is where a mass is, and none of a mass.
-    pub fn is_a_lever(&self) -> bool {
+    /// Whether it says where a mass is, and not how large.
+    pub fn is_centre_of_mass_alone(&self) -> bool {
         !self.parameters.is_empty() && self.parameters.iter().all(|p| p.unit == "m")
     }
 

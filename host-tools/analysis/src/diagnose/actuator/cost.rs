@@ -555,6 +555,13 @@ impl<'a> Cost<'a> {
         values.len()
     }
 
+    /// Number of sizes among them, but for 0.
+    pub(super) fn sizes_of_commands(&self, axis: usize) -> usize {
+        let sizes = self.sent(axis).map(f64::abs).filter(|size| *size > 0.0);
+        let sizes: BTreeSet<u64> = sizes.map(f64::to_bits).collect();
+        sizes.len()
+    }
+
     /// Whether an axis was told to move both ways.
     pub(super) fn is_sent_both_ways(&self, axis: usize) -> bool {
         self.sent(axis).any(|v| v > 0.0) && self.sent(axis).any(|v| v < 0.0)

@@ -120,7 +120,7 @@ fn smallest(term: &Term, train: &Cost<'_>) -> Vec<f64> {
     // A delay and a lag are added to those of the nominal actuator, which may be too long.
     let is_added = matches!(term.stage, Stage::Delay | Stage::Lag);
     let specs = specs(term.stage, &train.scale(&term.axes));
-    let of = |spec: &Spec| match spec.low > 0.0 && !is_added {
+    let of = |spec: &Spec| match spec.low >= 0.0 && !is_added {
         true => BELOW * spec.low,
         false => f64::NEG_INFINITY,
     };

@@ -49,7 +49,7 @@ fn searched(cost: &Cost<'_>, ask: &Ask<'_>) -> Search {
     let scopes = scopes(&cost.active);
     let singles: Vec<Candidate> = Stage::ALL
         .par_iter()
-        .filter(|stage| !(ask.excluded)(stage.id()) && shows(cost, **stage))
+        .filter(|stage| !(ask.excluded)(stage.id()) && can_show(cost, **stage))
         .filter_map(|stage| best_single(*stage, &scopes, cost, &[], ask.excluded))
         .inspect(|found| ask.watch.tell(|| found.trial(&nominal)))
         .collect();
@@ -117,11 +117,11 @@ fn searched(cost: &Cost<'_>, ask: &Ask<'_>) -> Search {
     }
 }
 
-/// Whether the commands can show a stage: two values lie on a straight line, whatever the curve through them is, and commands in one
+/// Whether the commands can show a stage: a static curve that is seen at one size of them is a straight line, and commands in one
 /// direction do not tell its gain from that of both.
-fn shows(cost: &Cost<'_>, stage: Stage) -> bool {
+fn can_show(cost: &Cost<'_>, stage: Stage) -> bool {
     let shows = |axis: usize| match stage {
-        Stage::DeadZone | Stage::PlannerVelocity => cost.commands(axis) > 2,
+        Stage::DeadZone | Stage::PlannerVelocity => cost.sizes_of_commands(axis) > 1,
         Stage::Direction => cost.is_sent_both_ways(axis),
         _ => true,
     };

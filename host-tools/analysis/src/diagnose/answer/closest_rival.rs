@@ -4,7 +4,7 @@
 use crate::diagnose::catalogue::is_shape;
 use crate::diagnose::evidence::{self, AS_MUCH, NEARLY_AS_GOOD, TOLD_APART};
 use crate::diagnose::finding::{Experiment, Ranked, RunnerUp, TOGETHER, Tie};
-use softdock_physics::effects::{Group, by_id};
+use softdock_physics::effects::{Effect, Law, by_id};
 use softdock_physics::model::Channel;
 use std::collections::BTreeSet;
 
@@ -281,17 +281,18 @@ fn without_it(id: &str, with_it: &Ranked, ranked: &[Ranked]) -> f64 {
     ranked.iter().find(is_rest).map_or(0.0, Ranked::fall)
 }
 
-/// What the catalogue says tells an effect and its rival apart; `first` where there is no rival. Where nothing was felt there is no
-/// sensor to be turned. Who has a rig can try it on the simulated one.
+/// What the catalogue says tells an effect and its rival apart, that of the rival where a sensor would have to be turned and none is
+/// there; `first` where the effect is not in the catalogue. Who has a rig can try it on the simulated one.
 pub(crate) fn experiment(
     first: Option<&String>,
     rival: &RunnerUp,
     is_felt: bool,
     of_a_rig: bool,
 ) -> Option<Experiment> {
-    let ids = [Some(&rival.of), first, Some(&rival.effect)];
-    let mut effects = ids.into_iter().filter_map(|id| by_id(id?));
-    let effect = effects.find(|effect| is_felt || effect.group != Group::Sensor)?;
+    let one = by_id(&rival.of).or_else(|| by_id(first?))?;
+    let pair = std::iter::once(one).chain(rival.effect.split(TOGETHER).filter_map(by_id));
+    let hangs = |effect: &Effect| matches!(effect.law, Law::Tool(_) | Law::Zero(_));
+    let effect = pair.into_iter().find(|effect| is_felt || !hangs(effect))?;
     Some(Experiment {
         sentence: effect.tell_apart.to_owned(),
         separation_now: rival.behind,
@@ -319,6 +320,22 @@ mod tests {
             as_good_as: None,
             refused: None,
         }
+    }
+
+    /// A sensor is turned where there is one.
+    #[test]
+    fn where_nothing_is_felt_no_sensor_is_to_be_turned() {
+        let rival = RunnerUp {
+            effect: "actuation_lag".to_owned(),
+            of: "tool_mass_error".to_owned(),
+            behind: 100.0,
+            told_apart: true,
+            evidence: 100.0,
+            ties: Vec::new(),
+        };
+        let says = |is_felt| experiment(None, &rival, is_felt, false).unwrap().sentence;
+        assert!(says(true).contains("tilt the sensor"), "{}", says(true));
+        assert!(says(false).contains("velocity steps"), "{}", says(false));
     }
 
     fn of(named: &[&str], ranked: &[Ranked]) -> RunnerUp {

@@ -118,14 +118,14 @@ impl Answer<'_> {
         let accepted = found.found.accepted.as_ref()?;
         let AfterMotion { late_s, share } = wrench::after_motion(&found.prepared, accepted)?;
         Some(format!(
-            "The load comes some {} ms after the motion, which explains {} of what is left of it, and what a drive was told cannot. If it \
-             was measured, wrench = \"measured\" in [sensor] of the model has a late sensor looked for.",
+            "The recorded load comes some {} ms after the motion, which explains {} of the squared error that is left. A command cannot \
+             come after the motion that it causes: if the load was measured, write wrench = \"measured\" into [sensor] of the model.",
             number::significant(1e3 * late_s, 2),
-            small_share(share.min(1.0)),
+            small_share(share),
         ))
     }
 
-    /// To what the amounts are in proportion where nothing drives.
+    /// To what forces and torques are in proportion where nothing drives.
     fn in_proportion(&self) -> Option<String> {
         let Model { tool, sensor, .. } = self.model;
         let (of, value, unit) = match self.model.bearing() {
@@ -136,11 +136,18 @@ impl Answer<'_> {
             ),
             None => ("mass", tool.mass_kg, "kg"),
         };
-        (sensor.wrench == WrenchMeaning::Free && self.verdict == Verdict::Named).then(|| {
+        let named = self
+            .reduction
+            .named
+            .iter()
+            .map(|(named, _)| named.effect.id.as_str());
+        let mut laws = named.filter_map(|id| LoadEffect::find(self.model, id));
+        let is_loaded = laws.any(|law| !law.acts_on_reading());
+        (sensor.wrench == WrenchMeaning::Free && is_loaded).then(|| {
             let value = number::significant(value, 3);
             format!(
-                "Nothing drives what moves: amounts and errors are in proportion to its {of} in the model, {value} {unit}, and as \
-                 right as that is."
+                "Nothing drives what moves: forces, torques and their errors are in proportion to its {of} in the model, {value} \
+                 {unit}."
             )
         })
     }

@@ -142,16 +142,15 @@ impl WrenchFinding {
 
     /// What an earlier search tried that had more effects to choose from: ties with those are not seen in this one.
     pub(crate) fn remember(&mut self, earlier: &Self) {
-        let tried = earlier.found.ranked.iter().cloned();
+        let mut tried = earlier.found.ranked.clone();
         // What one search holds and the other does not is there to explain in one of them alone.
-        let tried: Vec<Tested> = match self.prepared.more_to_explain_than(&earlier.prepared) {
-            Some(more) => {
-                let chi2 = earlier.prepared.problem.chi2;
-                let of_it = tried.filter(|t| t.to_explain == chi2);
-                of_it.map(|t| t.with_more_to_explain(&more)).collect()
-            }
-            None => tried.collect(),
-        };
+        let is_plain = self.beside.is_none() && earlier.beside.is_none();
+        let more = self.prepared.more_to_explain_than(&earlier.prepared);
+        if let Some(more) = more.filter(|_| is_plain) {
+            let chi2 = earlier.prepared.problem.chi2;
+            let of_it = tried.iter_mut().filter(|t| t.is_beside_noise_of(chi2));
+            of_it.for_each(|t| *t = t.clone().with_more_to_explain(&more));
+        }
         if let Some(accepted) = &self.found.accepted {
             let ids = accepted.ids();
             // Evidence counts beside the noise with which it was found.

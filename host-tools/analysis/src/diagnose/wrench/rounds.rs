@@ -74,8 +74,6 @@ fn rounds(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
 /// Where more is not explained an answer has lost effects that a search had beside others, and what stood in the place of one of its
 /// own was tried beside those: others are tried in each place once more.
 fn beside_rivals(finding: &mut WrenchFinding, asking: &mut Asking<'_>) {
-    /// Relative difference of all there is to explain that noise which was estimated anew makes, and another noise does not.
-    const SAME_NOISE: f64 = 0.01;
     let beside = finding.beside.clone();
     let asks = beside.is_some() || finding.left().is_structured();
     let Some(answer) = finding.found.accepted.clone().filter(|_| asks) else {
@@ -100,9 +98,7 @@ fn beside_rivals(finding: &mut WrenchFinding, asking: &mut Asking<'_>) {
     ranked.retain(|other| !tried.iter().any(|anew| anew.is_same(other)));
     ranked.retain(|other| {
         let is_curve = other.effects.iter().any(|e| is_shape(e.id));
-        other.effects.len() != count
-            || is_curve
-            || (other.to_explain / to_explain - 1.0).abs() < SAME_NOISE
+        other.effects.len() != count || is_curve || other.is_beside_noise_of(to_explain)
     });
     ranked.extend(tried);
     ranked.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));

@@ -35,7 +35,7 @@ pub(super) fn acts(scene: &Scene, effect: &Effect) -> bool {
         Law::Drive(_) => live(WrenchMeaning::Unscaled),
         Law::Formula(_) => !sensor.at_rest,
         // On a bearing the weight of what nobody weighed is a torque, of which a lever of 1 kg is another name.
-        Law::Tool(_) if effect.is_a_lever() && scene.model.bearing().is_some() => {
+        Law::Tool(_) if effect.is_centre_of_mass_alone() && scene.model.bearing().is_some() => {
             known_mass(&scene.model).is_some()
         }
         _ => true,
@@ -250,7 +250,7 @@ fn late(scene: &Scene, reading: &Column, by: Lateness) -> Column {
     late.less(reading)
 }
 
-/// Change of a reading that is there before what it is the reading of, or after it where the delay is negative.
+/// Change of a reading that is there before what it is the reading of, or after it where the delay of what has no lag is negative.
 fn early(scene: &Scene, reading: &Column, by: Lateness) -> Column {
     let Lateness { delay_s, lag_s } = by;
     if delay_s < 0.0 {

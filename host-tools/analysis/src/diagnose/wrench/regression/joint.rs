@@ -6,7 +6,7 @@ use super::memo::Memo;
 use super::nuisance;
 use super::prepared_log::PreparedLog;
 use super::problem::{Problem, Segment, subtract};
-use super::tested::Tested;
+use super::tested::{SAME_NOISE, Tested};
 use crate::diagnose::evidence::{self, strained};
 use nalgebra::DVector;
 use softdock_physics::model::load::effects::{LoadEffect, Pace, Sign};
@@ -14,6 +14,7 @@ use softdock_physics::model::load::loaded::contribution;
 use softdock_physics::model::load::{Column, Scene};
 use softdock_physics::model::{Axis, WrenchMeaning};
 use softdock_statistics::dot;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// χ² per value beyond the noise that is more than details of the form of an effect.
@@ -172,15 +173,21 @@ impl Joint {
         self.has_remainder = false;
     }
 
-    /// By how much more of each log there is to explain than in another regression, beside the same noise, where other nominal
-    /// parameters are held.
+    /// By how much more of each log there is to explain than in another regression beside the same noise; None where the same
+    /// nominal parameters are held, or the noise is another one.
     pub(crate) fn more_to_explain_than(&self, other: &Self) -> Option<Vec<f64>> {
-        let both = self
-            .problem
-            .chi2_of_logs
-            .iter()
-            .zip(&other.problem.chi2_of_logs);
-        (self.frozen != other.frozen).then(|| both.map(|(own, other)| own - other).collect())
+        let held = |joint: &Self| joint.frozen.iter().copied().collect::<BTreeSet<usize>>();
+        let noise = |joint: &Self| -> Vec<f64> {
+            let each = joint.logs.iter().flat_map(|log| &log.noise_model);
+            each.map(|noise| noise.sigma).collect()
+        };
+        let is_same = |(own, other): (f64, f64)| (own - other).abs() <= SAME_NOISE * other;
+        let mut noises = noise(self).into_iter().zip(noise(other));
+        if held(self) == held(other) || !noises.all(is_same) {
+            return None;
+        }
+        let [own, others] = [self, other].map(|joint| joint.problem.chi2_of_logs.iter());
+        Some(own.zip(others).map(|(own, other)| own - other).collect())
     }
 
     /// A hypothesis with what it is worth in this regression as it is.
@@ -392,7 +399,8 @@ impl Joint {
         self.problem.whitened(&parts.iter().collect::<Vec<_>>())
     }
 
-    /// Sum of squares of what a hypothesis leaves of all readings, with nominal parameters as they are.
+    /// Sum of squares of what a hypothesis leaves of all readings, with nominal parameters as they are; of one axis, as forces and
+    /// torques have different units.
     pub(crate) fn squares_left(&self, tested: &Tested) -> f64 {
         let rests = self.rests(Some(tested), &[]);
         let all = rests.iter().flat_map(|rest| &rest.exact.0).flatten();

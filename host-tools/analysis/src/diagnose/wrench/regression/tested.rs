@@ -6,6 +6,9 @@ use softdock_physics::model::Channel;
 use softdock_physics::model::load::loaded::{Loaded, Valued, contribution};
 use softdock_physics::model::load::{Column, Scene};
 
+/// Relative difference of all there is to explain that noise which was estimated anew makes, and another noise does not.
+pub(crate) const SAME_NOISE: f64 = 0.01;
+
 /// A hypothesis after its shapes were refined, with its evidence on all logs.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tested {
@@ -51,6 +54,11 @@ impl Tested {
         self.gain *= by;
         self.gains.iter_mut().for_each(|gain| *gain *= by);
         self
+    }
+
+    /// Whether its noise is that beside which there is so much to explain.
+    pub(crate) fn is_beside_noise_of(&self, to_explain: f64) -> bool {
+        (self.to_explain / to_explain - 1.0).abs() < SAME_NOISE
     }
 
     /// The same where so much more of each log is to be explained, as nominal parameters are held: it leaves what it left.
@@ -106,5 +114,27 @@ impl Tested {
             Some(load) => contribution(scene, &[load]),
             None => Column::default(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Held parameters leave more to explain, and what is left is the same.
+    #[test]
+    fn what_is_held_elsewhere_is_more_to_explain() {
+        let tried = Tested {
+            to_explain: 1000.0,
+            gain: 300.0,
+            gains: vec![100.0, 200.0],
+            evidence: 280.0,
+            ..Tested::default()
+        };
+        let held = tried.clone().with_more_to_explain(&[40.0, 60.0]);
+        assert_eq!(held.to_explain - held.gain, tried.to_explain - tried.gain);
+        assert_eq!(held.gains, [140.0, 260.0]);
+        assert_eq!(held.evidence, 380.0);
+        assert!(tried.is_beside_noise_of(1005.0) && !tried.is_beside_noise_of(held.to_explain));
     }
 }

@@ -70,7 +70,7 @@ pub(crate) struct AfterMotion {
 
 /// By how much what was told comes after the motion, if that would explain most of what effects leave.
 pub(crate) fn after_motion(joint: &Joint, accepted: &Tested) -> Option<AfterMotion> {
-    /// Part of it to which it is known.
+    /// Relative tolerance of the delay.
     const RESOLVED: f64 = 0.01;
     let model = &joint.logs.first()?.scene.model;
     let delay = LoadEffect::all(model).find(|effect| effect.is_a_delay())?;
