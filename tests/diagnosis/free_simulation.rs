@@ -90,6 +90,22 @@ fn an_inertia_may_be_an_effect() {
     }
 }
 
+/// A small constant force adds up where nothing pulls back, and swings around where a spring does.
+#[test]
+fn without_a_spring_a_simulation_drifts() {
+    let off = |[_, v, a]: [f64; 3]| 2.0 * a + 0.1 * v + 0.3;
+    let free = simulated(
+        &model("x", TOOL, &[("guide_viscous", "damping_n_s_per_m = 0.1")]),
+        &log(false, (0.03, 9.0), off),
+    );
+    assert!(free.drifts && free.relative > 1.0, "{free:?}");
+    assert!(free.words().contains("It drifts"), "{}", free.words());
+    let spring = ("cable_stiffness", "stiffness_n_per_m = 300.0");
+    let held = log(false, (0.03, 9.0), |[x, v, a]| off([x, v, a]) + 300.0 * x);
+    let free = simulated(&model("x", TOOL, &[spring]), &held);
+    assert!(!free.words().contains("It drifts"), "{}", free.words());
+}
+
 /// Less than the dry friction does not move what rests, and more does.
 #[test]
 fn what_sticks_stays() {

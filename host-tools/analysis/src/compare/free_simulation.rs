@@ -44,6 +44,8 @@ pub struct FreeSimulation {
     pub seconds: f64,
     /// Nothing drives it.
     pub is_free: bool,
+    /// Nothing that the model has acts by position: what a force is off adds up.
+    pub drifts: bool,
 }
 
 /// Why there is no free simulation.
@@ -79,8 +81,14 @@ impl FreeSimulation {
             (true, false) => ("the velocity of ", "m/s", "change"),
             (true, true) => ("the velocity of ", "rad/s", "change"),
         };
+        let why = match self.drifts && !self.of_velocity && self.is_off() {
+            true => {
+                " It drifts, as nothing in the model acts by position: small errors of the force add up."
+            }
+            false => "",
+        };
         format!(
-            "Simulated forward {} over {:.1} s, {what}{} is off by {} rms, {} % of its {whole}.",
+            "Simulated forward {} over {:.1} s, {what}{} is off by {} rms, {} % of its {whole}.{why}",
             from(self.is_free),
             self.seconds,
             self.axis,
@@ -180,7 +188,20 @@ fn run(
         of_velocity,
         seconds: (count - 1.0) * log.cycle_s,
         is_free: body.is_free,
+        drifts: body.drifts,
     })
+}
+
+/// Whether something that the model has, or may have, acts by position along an axis.
+fn acts_by_position(model: &Model, axis: Axis) -> bool {
+    let turns = axis.is_rotation();
+    let by_position = |known: &EffectModel| {
+        LoadEffect::find(model, &known.id).is_some_and(|law| {
+            law.effect.acts_by_position(turns) || matches!(law.effect.law, Law::Formula(_))
+        })
+    };
+    let hangs = turns && model.tool.mass_kg > 0.0;
+    hangs || !model.contact.walls.is_empty() || model.effects.iter().any(by_position)
 }
 
 /// What a simulation has to begin with.
@@ -208,6 +229,8 @@ struct Body {
     rest: f64,
     /// Nothing drives it.
     is_free: bool,
+    /// Nothing acts on it by position.
+    drifts: bool,
 }
 
 impl Body {
@@ -229,6 +252,7 @@ impl Body {
             start: 0.0,
             rest: 0.0,
             is_free: model.sensor.wrench == WrenchMeaning::Free,
+            drifts: !acts_by_position(model, axis),
         };
         body.start = body.at(&log.pose[0], log.whole_turns);
         body.rest = body.at(&pose_of(&log.began.pose), log.began.whole_turns);

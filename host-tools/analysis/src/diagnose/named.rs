@@ -48,6 +48,12 @@ impl Named {
         LoadEffect::find(model, &self.effect.id).is_none_or(|effect| effect.is_told(is_sure))
     }
 
+    /// Whether the intervals of all its parameters hold 0.
+    pub(crate) fn may_be_0(&self) -> bool {
+        let mut all = self.estimates.values();
+        all.len() > 0 && all.all(|e| e.low * e.high <= 0.0)
+    }
+
     /// Whether the intervals of all its amounts hold 0, whatever a shape of it says.
     pub(crate) fn amounts_may_be_0(&self, model: &Model) -> bool {
         let Some(effect) = LoadEffect::find(model, &self.effect.id) else {

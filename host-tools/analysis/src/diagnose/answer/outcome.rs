@@ -132,6 +132,7 @@ impl Said<'_> {
                 let is_felt = !is_driven(stages);
                 closest_rival::experiment(judged.named().first(), rival, is_felt, of_a_rig(stages))
             }),
+            looks_like: self.looks_like(),
             parameters: named
                 .map(|n| (n.effect.id.clone(), n.estimates.clone()))
                 .collect(),
@@ -147,7 +148,6 @@ impl Said<'_> {
             runner_up,
             further_ties,
             regions: self.regions(),
-            looks_like: self.rest.looks_like(judged),
             remainder: self.rest.remainder,
             ranked: ranking::reported(&ranked, &judged.found),
             strongest_evidence: ranking::strongest(stages),
@@ -159,6 +159,16 @@ impl Said<'_> {
             seconds: 0.0,
             disagreeing: judged.disagreeing.clone(),
         }
+    }
+
+    /// What it looks like, without that being proven, but for what may be nothing at all.
+    fn looks_like(&self) -> Vec<String> {
+        let may_be_0 = |id: &String| {
+            let named = self.named.iter().find(|named| named.effect.id == *id);
+            named.is_some_and(|named| named.may_be_0())
+        };
+        let all = self.rest.looks_like(self.judged).into_iter();
+        all.filter(|id| !may_be_0(id)).collect()
     }
 
     /// Hypotheses that may be rivals. Of what the likelihood could not find its χ² says nothing: what has nothing late foretells
