@@ -5,10 +5,11 @@ use super::own_constant::moves_both_ways;
 use super::{Disagreement, TRIED, Work};
 use crate::diagnose::evidence::{self, MOST};
 use crate::diagnose::wrench::regression::hypothesis::{Part, evaluate};
+use crate::diagnose::wrench::regression::problem::{Projected, best_gain, products};
 use crate::diagnose::wrench::regression::tested::Tested;
 use crate::diagnose::wrench::regression::variants::Variant;
+use nalgebra::DVector;
 use rayon::prelude::*;
-use softdock_physics::model::load::Column;
 use softdock_physics::model::load::effects::Sign;
 
 /// An effect with a constant beside it.
@@ -16,6 +17,20 @@ struct Beside {
     parts: [Part; 2],
     /// By how much χ² falls with amounts of each log's own, less their price.
     worth: f64,
+}
+
+/// The columns of all amounts of an effect with their signs, one for all logs or one for each.
+struct Amounts {
+    part: Part,
+    columns: Vec<Vec<(Projected, Sign)>>,
+}
+
+impl Amounts {
+    /// Those of some amounts.
+    fn of(&self, used: &[usize]) -> impl Iterator<Item = (&Projected, Sign)> {
+        let columns = used.iter().flat_map(|k| &self.columns[*k]);
+        columns.map(|(column, sign)| (column, *sign))
+    }
 }
 
 impl Work<'_> {
@@ -33,11 +48,16 @@ impl Work<'_> {
             let effect = self.variant(*k).effect;
             !effect.is_late() && (self.any || !effect.effect.is_detail())
         };
-        let others = others.into_iter().filter(is_asked);
-        let pairs = others.flat_map(|k| constants.iter().map(move |constant| [k, *constant]));
-        let pairs: Vec<[usize; 2]> = pairs.collect();
-        let found = pairs.into_par_iter();
-        let found = found.filter_map(|both| self.in_own_amounts(accepted, both));
+        let others: Vec<usize> = others.into_iter().filter(is_asked).collect();
+        let levels: Vec<Amounts> = constants
+            .into_iter()
+            .map(|constant| self.amounts(constant, true))
+            .collect();
+        let found = others.into_par_iter().flat_map_iter(|effect| {
+            let both = [true, false].map(|own| self.amounts(effect, own));
+            let of = |levels| self.in_own_amounts(accepted, &both, levels);
+            levels.iter().filter_map(of).collect::<Vec<_>>()
+        });
         let mut found: Vec<Beside> = found.collect();
         found.sort_by(|a, b| b.worth.total_cmp(&a.worth));
         found.iter().take(TRIED).find_map(|b| self.about(b))
@@ -67,34 +87,36 @@ impl Work<'_> {
     fn in_own_amounts(
         &self,
         accepted: Option<&Tested>,
-        [effect, constant]: [usize; 2],
+        [own, common]: &[Amounts; 2],
+        levels: &Amounts,
     ) -> Option<Beside> {
         let problem = &self.joint.problem;
-        let whole = |variant: usize| Part {
-            variant,
-            used: (0..self.variant(variant).columns.len()).collect(),
-        };
-        let (all, constant) = (whole(effect), whole(constant));
-        let levels = self.signed(&constant, true);
-        let gain = |part: &Part, own: bool| {
-            let columns = [self.signed(part, own), levels.clone()].concat();
-            let (columns, signs): (Vec<Column>, Vec<Sign>) = columns.into_iter().unzip();
-            let solution = problem.solve_whitened(&columns, &signs)?;
-            (solution.wrong.is_empty() || !own).then_some(solution.gain)
+        let (all, constant) = (own.part.clone(), levels.part.clone());
+        let gain = |part: &Part, amounts: &Amounts| {
+            let columns = amounts.of(&part.used).chain(levels.of(&constant.used));
+            let (columns, signs): (Vec<&Projected>, Vec<Sign>) = columns.unzip();
+            let right = DVector::from_iterator(columns.len(), columns.iter().map(|c| c.right));
+            let places: Vec<usize> = (0..columns.len()).collect();
+            let solution = best_gain(&products(&columns), &right, &places, &signs)?;
+            Some((solution.gain, solution.wrong.is_empty()))
         };
         let alone = all.used.iter().map(|k| Part {
             used: vec![*k],
             ..all.clone()
         });
-        let entry = self.variant(effect).effect.effect;
+        let entry = self.variant(all.variant).effect.effect;
         let is_whole = |part: &Part| (entry.is_whole)(&part.used, &|_| true);
         let tried = alone.filter(is_whole).chain([all.clone()]);
         let logs = self.joint.logs.len();
         let paid = |part: &Part| self.price * (part.used.len() * logs) as f64;
-        let tried = tried.filter_map(|part| Some((gain(&part, true)?, part)));
+        let tried = tried.filter_map(|part| {
+            let (gain, is_allowed) = gain(&part, own)?;
+            is_allowed.then_some((gain, part))
+        });
         let worth = |(gain, part): &(f64, Part)| gain - paid(part);
         let (own, part) = tried.max_by(|a, b| worth(a).total_cmp(&worth(b)))?;
-        let best = accepted.map_or(0.0, |t| t.gain).max(gain(&part, false)?);
+        let (of_common, _) = gain(&part, common)?;
+        let best = accepted.map_or(0.0, |t| t.gain).max(of_common);
         let chi2: f64 = problem.chi2_of_logs.iter().sum();
         let further = (part.used.len() + constant.used.len()) * (logs - 1);
         let explained = self.joint.explained(accepted.map_or(0.0, |t| t.gain));
@@ -106,21 +128,31 @@ impl Work<'_> {
         })
     }
 
-    /// Columns of a part with their signs, common to all logs or of each log's own: those of an amount follow each other.
-    fn signed(&self, part: &Part, own: bool) -> Vec<(Column, Sign)> {
-        let variant = self.variant(part.variant);
-        let logs = match own {
+    /// All amounts of an effect, common to all logs or of each log's own.
+    fn amounts(&self, variant: usize, own: bool) -> Amounts {
+        let problem = &self.joint.problem;
+        let logs: Vec<Option<usize>> = match own {
             true => (0..self.joint.logs.len()).map(Some).collect(),
             false => vec![None],
         };
-        let of = |k: &usize| {
-            let column = &self.library.columns[variant.columns[*k]];
+        let Variant { columns, signs, .. } = self.variant(variant);
+        let of = |(column, sign): (&usize, &Sign)| {
+            let column = &self.library.columns[*column];
             let masked = |log: &Option<usize>| {
-                let masked = log.map(|log| self.joint.problem.masked(column, log));
-                (masked.unwrap_or_else(|| column.clone()), variant.signs[*k])
+                let masked = log.map(|log| problem.masked(column, log));
+                (
+                    problem.projected(masked.unwrap_or_else(|| column.clone())),
+                    *sign,
+                )
             };
-            logs.iter().map(masked).collect::<Vec<_>>()
+            logs.iter().map(masked).collect()
         };
-        part.used.iter().flat_map(of).collect()
+        Amounts {
+            part: Part {
+                variant,
+                used: (0..columns.len()).collect(),
+            },
+            columns: columns.iter().zip(signs).map(of).collect(),
+        }
     }
 }
