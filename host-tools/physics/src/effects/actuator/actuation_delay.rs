@@ -18,7 +18,7 @@ pub const EFFECT: Effect = Effect {
               sheet says",
     parameters: &[Parameter::new("extra_delay_s", "s", 0.0, 10.0)
         .delay_or_lag()
-        .hidden(0.012, 0.022)
+        .hidden(0.012, 0.02)
         .pictured(0.032)],
     confused_with: &[
         "actuation_lag",
