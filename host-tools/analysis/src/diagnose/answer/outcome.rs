@@ -161,14 +161,21 @@ impl Said<'_> {
         }
     }
 
-    /// What it looks like, without that being proven, but for what may be nothing at all.
+    /// What it looks like, without that being proven; of several not what may be nothing at all.
     fn looks_like(&self) -> Vec<String> {
         let may_be_0 = |id: &String| {
             let named = self.named.iter().find(|named| named.effect.id == *id);
             named.is_some_and(|named| named.may_be_0())
         };
-        let all = self.rest.looks_like(self.judged).into_iter();
-        all.filter(|id| !may_be_0(id)).collect()
+        let (unsure, told): (Vec<String>, Vec<String>) = self
+            .rest
+            .looks_like(self.judged)
+            .into_iter()
+            .partition(may_be_0);
+        match told.is_empty() {
+            true => unsure,
+            false => told,
+        }
     }
 
     /// Hypotheses that may be rivals. Of what the likelihood could not find its χ² says nothing: what has nothing late foretells
