@@ -15,18 +15,22 @@ use softdock_statistics::{LowPassed, Noise, noise_floor};
 
 /// What nobody but the user knows, ahead of the model. `turns`: the one axis that moves is a rotation.
 fn to_fill_in(turns: bool) -> String {
-    let moved = match turns {
-        false => "mass_kg       what the sensor carries, or the moved mass of a driven axis",
-        true => {
-            "inertia_kg_m2   of what turns; mass_kg and com_m of a weight that hangs off the axis"
-        }
+    let (moved, gravity) = match turns {
+        false => (
+            "mass_kg       what the sensor carries, or the moved mass of a driven axis",
+            "[0, 0, 0] along a horizontal guide",
+        ),
+        true => (
+            "inertia_kg_m2   of what turns; mass_kg and com_m of a weight that hangs off the axis",
+            "[-9.81, 0, 0] where rx stands upright",
+        ),
     };
     format!(
         "\
 # A model to start from. Axes and noise are those of the log; the rest is for you to fill in:
 #   [tool] {moved}; then
 #          dynamic_compensation = true
-#   [sensor] gravity_m_s2   [0, 0, 0] on a horizontal axis; wrench = \"commanded\" for what a motor was told (force,
+#   [sensor] gravity_m_s2   {gravity}; wrench = \"commanded\" for what a motor was told (force,
 #            voltage, duty), \"unscaled\" where its scale to newtons is a guess; a motor current that was
 #            measured may be late itself: leave \"measured\", with a negative scale in the mapping; \"free\"
 #            where nothing drives: effects are then in proportion to the mass or inertia above (1 if you do not know it)

@@ -122,6 +122,11 @@ impl Effect {
         !self.parameters.is_empty() && self.parameters.iter().all(|p| p.unit == "m")
     }
 
+    /// Whether it is the weight of what turns about a bearing: a torque there that follows the angle.
+    pub fn is_weight_about_bearing(&self) -> bool {
+        self.is_of_a_bearing() && self.acts_by_position(true)
+    }
+
     /// Whether it acts by where something is, and not only by how that moves. `turns`: what moves turns about a bearing, and
     /// the weight of a tool with it.
     pub fn acts_by_position(&self, turns: bool) -> bool {

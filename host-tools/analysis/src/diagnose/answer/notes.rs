@@ -16,7 +16,7 @@ use crate::diagnose::prediction_error::error_reduction::{ErrorReduction, Refused
 use crate::diagnose::prediction_error::log_to_log::LogToLog;
 use crate::diagnose::stages::Stages;
 use crate::diagnose::wrench::{self, AfterMotion, Disagreement, PreparedLog, Ripple};
-use softdock_physics::effects::CATALOGUE;
+use softdock_physics::effects::{CATALOGUE, Effect};
 use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::load::{Column, Scene};
 use softdock_physics::model::{Channel, EffectModel, Model, WrenchMeaning};
@@ -90,6 +90,7 @@ impl Answer<'_> {
         }
         notes.extend(self.after_motion());
         notes.extend(self.in_proportion());
+        notes.extend(self.without_gravity());
         if stages.logs.have_own_origins() {
             let turns = model.bearing().is_some();
             let by_position = CATALOGUE.iter().filter(|e| e.acts_by_position(turns));
@@ -148,6 +149,23 @@ impl Answer<'_> {
             format!(
                 "Nothing drives what moves: forces, torques and their errors are in proportion to its {of} in the model, {value} \
                  {unit}."
+            )
+        })
+    }
+
+    /// That what is named is a weight, where the model has no gravity.
+    fn without_gravity(&self) -> Option<String> {
+        let axis = self.model.bearing()?;
+        let mut named = self.reduction.named.iter();
+        let (weight, _) = named.find(|(named, _)| {
+            let effect = self.model.effect(&named.effect.id);
+            effect.is_ok_and(Effect::is_weight_about_bearing)
+        })?;
+        (self.model.sensor.gravity_m_s2 == [0.0; 3]).then(|| {
+            format!(
+                "{} is named, and the model has no gravity. If {axis} stands upright, say so and nothing is lifted: gravity_m_s2 of [sensor] \
+                 along it.",
+                weight.effect.id
             )
         })
     }

@@ -128,6 +128,18 @@ impl Scene {
         self
     }
 
+    /// Whether the axis of the bearing stands upright, by the model's gravity: nothing that turns about it is lifted.
+    pub fn turns_upright(&self) -> bool {
+        /// Largest sine of the angle between them: of so small a share of a weight no log tells anything.
+        const UPRIGHT: f64 = 1e-3;
+        let gravity = Vector3::from(self.model.sensor.gravity_m_s2);
+        let lifts = |pose: &Pose<f64>| (pose.rotation * self.axis).cross(&gravity).norm();
+        let all = UPRIGHT * gravity.norm();
+        self.model.bearing().is_some()
+            && all > 0.0
+            && self.pose.first().is_some_and(|pose| lifts(pose) < all)
+    }
+
     /// Time of a cycle since the log began, s.
     pub fn since_began(&self, n: usize) -> f64 {
         self.time_s[n] - self.began.time_s
@@ -483,6 +495,30 @@ mod tests {
         let torque = scene.guide_force(0.0, |n| scene.along(n, 0.0));
         assert!((scene.position[9] - scene.position[0] - 0.09).abs() < 1e-12);
         assert!((torque.at(5, 5) - 2.5).abs() < 1e-12);
+    }
+
+    /// About an upright axis nothing is lifted; about one that lies, or where the model has no gravity, something may be.
+    #[test]
+    fn a_weight_is_looked_for_unless_the_axis_stands_upright() {
+        let is_tried = |gravity_m_s2: [f64; 3]| {
+            let mut model = Model::default();
+            model.rig.active_axes = vec![crate::model::Axis::Rx];
+            model.sensor.gravity_m_s2 = gravity_m_s2;
+            let motion = Motion {
+                velocity: Twist::of(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]),
+                acceleration: Twist::zero(),
+            };
+            let pose = (0..3).map(|n| {
+                let turn = UnitQuaternion::from_scaled_axis(0.3 * f64::from(n) * Vector3::x());
+                Pose::from_parts(Vector3::zeros().into(), turn)
+            });
+            let time_s = (0..3).map(|n| 0.3 * f64::from(n)).collect();
+            let scene = Scene::new(&model, 0.3, time_s, pose.collect(), vec![motion; 3]);
+            let weight = LoadEffect::find(&model, "bearing_gravity").unwrap();
+            weight.acts(&scene)
+        };
+        assert!(is_tried([0.0, 0.0, -9.81]) && is_tried([0.0; 3]));
+        assert!(!is_tried([-9.81, 0.0, 0.0]));
     }
 
     /// An arm of half a metre that turns against a wall: a push of 1 N has half a newton metre about the bearing, and the wall
