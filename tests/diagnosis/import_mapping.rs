@@ -67,6 +67,26 @@ fn units_scales_and_offsets_become_si() {
     ));
 }
 
+/// Nobody knows how much a milliampere pushes; that is said, once for all logs.
+#[test]
+fn amperes_that_count_as_newtons_are_said_to() {
+    let mapping = r#"
+        [files]
+        train = [["log.csv"], ["log.csv"]]
+        [time]
+        column = "t"
+        [position]
+        x = "p"
+        [wrench]
+        fx = { column = "i", unit = "mA", scale = -1.0 }
+    "#;
+    let log = table("t,p,i", 120, |n| format!("{},{n},{}", 0.01 * n, n % 7.0));
+    let logs = imported("mapping_amperes", mapping, &[("log.csv", log)]).unwrap();
+    let said = "[wrench] fx: 1 mA counts as 0.001 N: what is said in N is of the converter's scale";
+    let times = logs.warnings.iter().filter(|warning| *warning == said);
+    assert_eq!(times.count(), 1, "{:?}", logs.warnings);
+}
+
 #[test]
 fn a_wrench_of_the_base_is_turned_with_the_pose_of_its_row_and_files_stand_side_by_side() {
     let mapping = r#"

@@ -155,6 +155,17 @@ impl Column {
         self.unit.is_some()
     }
 
+    /// What a mapping that gives a converter's unit the scale 1 or -1 makes of the SI unit `si` of this column.
+    pub(super) fn unscaled(&self, si: &str) -> Option<String> {
+        let converter = self.unit.filter(|unit| unit.quantity.is_none())?;
+        (self.scale?.abs() == 1.0).then(|| {
+            format!(
+                "1 {} counts as {} {si}: what is said in {si} is of the converter's scale",
+                converter.name, converter.si
+            )
+        })
+    }
+
     /// Scale and offset to SI; `place` stands for the column in errors.
     ///
     /// # Errors

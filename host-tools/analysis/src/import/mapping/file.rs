@@ -413,6 +413,16 @@ impl Executed {
 }
 
 impl Wrench {
+    /// Columns in a converter's unit whose scale nobody knows.
+    pub(super) fn unscaled(&self) -> impl Iterator<Item = String> {
+        let columns = self.columns().into_iter().zip(WRENCH_KEYS);
+        columns.filter_map(|(column, key)| {
+            let si = if key.starts_with('f') { "N" } else { "N·m" };
+            let said = column?.unscaled(si)?;
+            Some(format!("[wrench] {key}: {said}"))
+        })
+    }
+
     /// In the order of [`WRENCH_KEYS`].
     pub(super) fn columns(&self) -> [Option<&Column>; 6] {
         [&self.fx, &self.fy, &self.fz, &self.tx, &self.ty, &self.tz].map(Option::as_ref)

@@ -118,6 +118,7 @@ pub fn import_at_least(
     });
     let both = model.as_ref().zip(filtered.as_ref());
     warnings.extend(both.and_then(|((model, _), filtered)| lacks_filter(model, filtered)));
+    warnings.extend(mapping.wrench.unscaled());
     Ok(MappedLogs {
         filtered,
         told: mapping.starter.clone().unwrap_or_default(),
