@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::load::{Column, Scene};
-use softdock_physics::model::{Model, docking};
+use softdock_physics::model::{Model, WrenchMeaning, docking};
 use softdock_statistics::DEVIATIONS_95;
 
 /// A nominal parameter that may move within its tolerance.
@@ -126,14 +126,19 @@ fn of_docking(model: &Model) -> Vec<Nuisance> {
 
 fn of_tool_and_sensor(model: &Model) -> Vec<Nuisance> {
     let (tool, sensor, tolerance) = (&model.tool, &model.sensor, &model.tolerance);
-    let mass = (tool.mass_kg, tolerance.tool_mass_kg);
+    // Where nothing drives what swings, its mass and inertia are what all else is measured in.
+    let known = match sensor.wrench {
+        WrenchMeaning::Free => 0.0,
+        _ => 1.0,
+    };
+    let mass = (tool.mass_kg, known * tolerance.tool_mass_kg);
     let mut all = vec![Nuisance::new("tool.mass_kg", mass, |m, step| {
         m.tool.mass_kg += step;
     })];
     for i in 0..3 {
         let moment = tool.inertia_kg_m2[i][i];
         let com = (tool.com_m[i], tolerance.tool_com_m);
-        let inertia = (moment, tolerance.tool_inertia(moment));
+        let inertia = (moment, known * tolerance.tool_inertia(moment));
         let position = (sensor.position_m[i], tolerance.sensor_position_m);
         let turn = (0.0, tolerance.sensor_orientation_rad);
         let about = ["x", "y", "z"][i];
