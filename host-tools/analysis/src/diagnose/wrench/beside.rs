@@ -1,9 +1,10 @@
-//! Which effects hold their own beside what no law describes.
+//! Which effects keep enough evidence of their own when a smooth remainder is fitted beside them.
 //!
-//! Where structure is left, the price of white noise means little: errors of form are worth more than effects, and of several
-//! that imitate each other those win whose errors happen to fit. So the search is repeated beside the smooth remainder that
-//! its own answer leaves, until an answer comes again. Of the answers without and with a remainder, each without what
-//! a remainder would explain as well, the better one is taken.
+//! Where structure is left, evidence at the price of white noise is misleading: errors of a law's form are worth more than whole
+//! effects, and of several effects that imitate each other that one wins whose error of form happens to fit. So the search is
+//! repeated beside the smooth remainder that its own answer leaves, until an answer repeats. From the answer without and the
+//! answer with a remainder, those effects are dropped that a remainder would explain as well; then the better of the two is
+//! taken.
 
 use super::finding::{Imitated, WrenchFinding};
 use super::remainder;
@@ -17,26 +18,26 @@ use softdock_physics::model::{Axis, Model};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Most searches beside a remainder, each beside that of the last one's answer.
+/// Most searches beside a remainder. Each one uses the remainder that the previous answer leaves.
 const ROUNDS: usize = 4;
 
-/// Asks for searches on the reading.
+/// What a round needs to ask for further searches on the reading.
 pub(crate) struct Asking<'a> {
     /// The model as it is.
     pub model: &'a Model,
-    /// What is asked of each.
+    /// The question, passed on to each search unless it is replaced.
     pub question: &'a Question<'a>,
-    /// Searches beside what a model knows.
+    /// Runs a search on the reading beside the effects of the given model.
     pub search: &'a mut dyn FnMut(&Model, &Question<'_>) -> Option<WrenchFinding>,
 }
 
 impl Asking<'_> {
-    /// What is found with another question.
+    /// The finding for another question about the same model.
     pub(crate) fn ask(&mut self, question: &Question<'_>) -> Option<WrenchFinding> {
         (self.search)(self.model, question)
     }
 
-    /// What is found among some effects.
+    /// The finding if the search may choose among these effects only.
     pub(crate) fn among(&mut self, ids: &[String]) -> Option<WrenchFinding> {
         self.among_beside(ids, None)
     }
@@ -58,13 +59,14 @@ impl Asking<'_> {
 /// What a search beside a smooth remainder finds.
 pub(crate) struct Anew {
     pub finding: WrenchFinding,
-    /// The logs beside which nothing was found yet.
+    /// The logs as prepared with no effect accepted: the common baseline on which answers are compared.
     pub nothing: Joint,
     /// Axes of the remainder.
     pub axes: Vec<Axis>,
 }
 
-/// Searches beside the remainder that a finding leaves, and that each answer leaves, until effects come again.
+/// Repeats the search beside a smooth remainder: first that of `first`, then that of each new answer, until an answer repeats or
+/// [`ROUNDS`] is reached. `None` if no structure is left, or a search finds nothing to work on.
 pub(crate) fn anew(first: &WrenchFinding, asking: &mut Asking<'_>) -> Option<Anew> {
     let axes = first.structured_axes();
     if axes.is_empty() {
@@ -82,7 +84,7 @@ pub(crate) fn anew(first: &WrenchFinding, asking: &mut Asking<'_>) -> Option<Ane
         })?;
         let next = found.whole();
         finding = Some(found);
-        // What was there before would come round again.
+        // The same answer would leave the same remainder, and the searches would cycle.
         if seen.contains(&next.effects_in_order()) {
             break;
         }
@@ -96,7 +98,8 @@ pub(crate) fn anew(first: &WrenchFinding, asking: &mut Asking<'_>) -> Option<Ane
     })
 }
 
-/// Of two answers the one that foretells unseen data better; the likelier one of other effects that do so alike.
+/// Of two answers the one with the smaller error on unseen data. If they name different effects and their errors differ by less
+/// than [`RISES`], the likelier one.
 pub(crate) fn better(
     first: WrenchFinding,
     anew: WrenchFinding,
@@ -105,7 +108,7 @@ pub(crate) fn better(
 ) -> WrenchFinding {
     let both = [&first, &anew].map(WrenchFinding::whole);
     let [error, of_anew] = both.each_ref().map(|of| nothing.error_on_unseen(of));
-    // Of two forms of the same effects the error says which is better.
+    // Where both name the same effects only their form differs, and the error decides between forms.
     let same = both[0].is_same(&both[1]);
     let alike = if same { 1.0 } else { RISES };
     let is_better = if error.max(of_anew) > alike * error.min(of_anew) {
@@ -117,9 +120,9 @@ pub(crate) fn better(
     if is_better { anew } else { first }
 }
 
-/// With the curves that fit many mechanisms (a hysteresis), where one leaves less than what is found. A friction that builds up
-/// after each reversal looks like a delay of all that loads the sensor: where a curve does as well as effects beside which
-/// others are late, the answer is without these.
+/// Adds a general curve (a hysteresis, which fits many mechanisms) to the ranked hypotheses if it leaves less than the answer
+/// does. A friction that builds up after each reversal looks like a delay of all that loads the sensor. So where such a curve
+/// does as well as effects that are late, and these stand beside others, the late effects are removed from the answer.
 pub(crate) fn beside_curves(first: WrenchFinding, asking: &mut Asking<'_>) -> WrenchFinding {
     let mut finding = first;
     let beside_others =
@@ -146,7 +149,7 @@ pub(crate) fn beside_curves(first: WrenchFinding, asking: &mut Asking<'_>) -> Wr
         return finding;
     };
     if !late.is_empty() {
-        // What laws that are not late do as well is no merit of the curve.
+        // If laws that are not late do as well, the curve has explained nothing that they do not.
         let laws = asking.ask(&Question {
             without: &late,
             beside: beside.as_ref(),
@@ -164,8 +167,8 @@ pub(crate) fn beside_curves(first: WrenchFinding, asking: &mut Asking<'_>) -> Wr
     finding
 }
 
-/// Whether logs that disagree about delays alone have a curve in common that fits many mechanisms, with the same amounts, and leaves
-/// less: a friction that builds up over a distance is later the slower the axis moves.
+/// Whether logs that disagree about delays alone agree on one general curve, with the same amounts in all logs, that leaves less
+/// than the delays do. A friction that builds up over a distance looks like a delay that is longer the slower the axis moves.
 pub(crate) fn agree_on_a_curve(finding: &WrenchFinding, asking: &mut Asking<'_>) -> bool {
     let delays: Vec<String> = finding.late();
     let about: Vec<String> = finding.disagreeing_ids();
@@ -185,9 +188,10 @@ pub(crate) fn agree_on_a_curve(finding: &WrenchFinding, asking: &mut Asking<'_>)
     })
 }
 
-/// Where structure is left: only the effects that a smooth remainder would not explain as well, one
-/// less at a time, with the parameters and the intervals that they have beside it; and those without which unseen data is foretold
-/// much worse, which a remainder does not do. What was left out beside others that were left out later has a second chance.
+/// Keeps only those effects that a smooth remainder would not explain as well, where structure is left. The weakest is dropped
+/// first, one at a time, and the others get the parameters and intervals that they have beside the remainder. An effect without
+/// which unseen data are foretold much worse stays, as no remainder foretells. An effect that was dropped while others were still
+/// there is tried once more at the end.
 pub(crate) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) -> WrenchFinding {
     let beside = first.beside.clone();
     let mut finding = first;
@@ -216,10 +220,11 @@ pub(crate) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) ->
         finding = fewer;
         least = least.min(finding.error_on_unseen());
     }
-    // What was taken for a detail that went is back.
+    // An effect that was dropped may have returned, as what a dropped detail is taken for.
     imitated.retain(|one| !finding.ids().contains(&one.id));
     let unrefuted = second_chance(&mut finding, &mut foretelling, &mut imitated, asking);
-    // What is there may be less or more beside what lacks the evidence to be named.
+    // The amounts may differ if an effect is present that has evidence, but too little to be named: the intervals include that
+    // answer.
     unrefuted.iter().for_each(|other| finding.hold(other));
     finding.foretell(&foretelling);
     if finding.found.accepted.is_none() && finding.prepared.known > 0.0 {
@@ -231,8 +236,8 @@ pub(crate) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) ->
     finding
 }
 
-/// Where no detail is told, what it is a detail of may still be, and what it is taken for: a friction that differs by direction holds
-/// a constant force as well.
+/// The effects to offer when a detail is dropped: what it is a detail of, and what it is confused with. A friction that differs
+/// by direction, for example, contains a constant force as well. Empty if `id` is no detail; without the effects in `there`.
 fn in_place_of_detail(id: &str, there: &[String]) -> Vec<String> {
     let Some(detail) = by_id(id).filter(|effect| effect.is_detail()) else {
         return Vec::new();
@@ -246,7 +251,8 @@ fn in_place_of_detail(id: &str, there: &[String]) -> Vec<String> {
     ids
 }
 
-/// Takes back what was left out and stands beside what was left out later. Returns the answers with what has evidence, and does not stand.
+/// Offers each dropped effect once more beside those that are left, and takes it back if now all stand beside the remainder.
+/// Returns the answers that contain a dropped effect which has evidence, but still does not stand.
 fn second_chance(
     finding: &mut WrenchFinding,
     foretelling: &mut BTreeMap<String, f64>,
@@ -261,7 +267,7 @@ fn second_chance(
             continue;
         };
         if !more.ids().contains(&id) {
-            // The same effects, of which another search has found better forms.
+            // The same effects are found again, but this search has found better shapes or forms of them.
             let same = more.whole().is_same(&finding.whole());
             if same && more.error_on_unseen() * RISES < finding.error_on_unseen() {
                 *finding = more;
@@ -282,14 +288,14 @@ fn second_chance(
     unrefuted
 }
 
-/// With an effect of one amount in the place of one of the same kind that has several (a dry friction for a Stribeck curve), where
-/// that foretells unseen data as well: beside structure those forms win whose further amounts happen to fit. And with what a detail
-/// is taken for in its place, where that foretells about as well: a motor's sensor has a zero more often than a joint brakes more in
-/// one direction.
+/// Replaces an effect that has several amounts by one of the same kind that has one (a dry friction for a Stribeck curve), if
+/// that foretells unseen data as well: where structure is left, a form with more amounts wins because these happen to fit. A
+/// detail is replaced by what it is confused with, if the error rises by less than [`RISES`]: a motor's sensor has a zero more
+/// often than a joint brakes more in one direction.
 pub(crate) fn simpler(first: WrenchFinding, asking: &mut Asking<'_>) -> WrenchFinding {
     let mut finding = first;
     for id in finding.ids() {
-        // An answer that was taken may be without it.
+        // An earlier pass of this loop may have taken an answer without this effect.
         if !finding.ids().contains(&id) {
             continue;
         }
@@ -315,8 +321,9 @@ pub(crate) fn simpler(first: WrenchFinding, asking: &mut Asking<'_>) -> WrenchFi
     finding
 }
 
-/// The effect that stands weakest beside a smooth remainder, if it does not stand; where all do, or
-/// nothing is left, there is none. Those that foretell stand anyway.
+/// The effect that stands weakest beside a smooth remainder: its place among all effects, earlier ones first, and its evidence.
+/// `None` if all effects stand, which is then recorded in `finding`, or if no structure is left. Effects in `foretelling` are not
+/// tested.
 fn weakest(
     finding: &mut WrenchFinding,
     foretelling: &BTreeMap<String, f64>,
@@ -338,7 +345,7 @@ fn weakest(
         let these = these.into_iter();
         these.min_by(|a, b| a.1.evidence.total_cmp(&b.1.evidence))
     };
-    // What others imitate is undetermined only as long as they are there.
+    // An effect may be undetermined only because weaker ones imitate it, so those with too little evidence go first.
     let asked = places.enumerate();
     let asked = asked.filter(|(_, one)| !foretelling.contains_key(&one.id));
     let (weak, strong): (Vec<_>, Vec<_>) = asked.partition(|(_, one)| one.evidence < NAMED);

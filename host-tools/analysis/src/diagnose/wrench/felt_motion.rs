@@ -1,4 +1,4 @@
-//! The search on the reading, with the motion that the sensor felt.
+//! The search on the reading, with the motion that the sensor felt: the measured or the simulated one.
 
 use super::finding::WrenchFinding;
 use super::sampling::Sampling;
@@ -16,23 +16,24 @@ use softdock_physics::model::Model;
 use softdock_physics::model::log::Log;
 use std::sync::Arc;
 
-/// Residual of the velocity over noise up to which the simulated motion is trusted: its misfit is then three quarters
-/// of the noise that a measured velocity would bring into the load.
+/// The simulated motion is trusted if the rms residual of the velocity is below this many times the noise. Its misfit is then
+/// three quarters of the noise that a measured velocity would bring into the load.
 const TRUSTED: f64 = 1.25;
 
-/// How the tool moves, for the search on the reading.
+/// The motion of the tool, as the search on the reading needs it.
 pub(crate) struct Motion<'a> {
     pub(crate) logs: &'a Logs<Log>,
     pub(crate) cost: &'a Cost<'a>,
     pub(crate) intervals: &'a Logs<Vec<f64>>,
     pub(crate) actuator: Option<&'a ActuatorFinding>,
-    /// What the searches have fitted.
+    /// Fits that earlier searches have computed.
     pub(crate) memo: Arc<Memo>,
 }
 
 impl Motion<'_> {
-    /// The logs with their load. Beside a misfit that may be noise, of the simulated and of the measured motion that one which
-    /// the sensor felt: what the other has more is noise of the reading, times the mass of the tool.
+    /// The logs with the load on their sensor. The motion is the simulated one if its misfit is below [`TRUSTED`], and the
+    /// measured one from [`LEVEL`] on. Between the two it is the one whose load leaves less noise in the reading: the error of a
+    /// motion, differentiated and multiplied by the mass of the tool, appears there as noise.
     fn felt(&self, model: &Model, sampling: &mut Logs<Sampling>) -> Vec<PreparedLog> {
         let terms: &[Term] = self.actuator.map_or(&[], |a| a.search.terms());
         let mut with = |simulated: bool| -> Vec<PreparedLog> {
@@ -63,7 +64,7 @@ impl Motion<'_> {
     }
 }
 
-/// 2 ln of the likelihood of what is noise in the readings.
+/// 2 ln of the likelihood of the readings, of which only the noise level differs: −2 ln σ for each row and recorded axis.
 fn noise_likelihood(logs: &[PreparedLog]) -> f64 {
     let of_log = |log: &PreparedLog| {
         let rows = log.fresh.iter().filter(|fresh| **fresh).count() as f64;
@@ -75,7 +76,8 @@ fn noise_likelihood(logs: &[PreparedLog]) -> f64 {
     logs.iter().map(of_log).sum()
 }
 
-/// Searches the reading; None where a log has none, or all have a load that never changes, unless a user asks for an effect.
+/// Searches the reading. `None` where a log has no reading, or the load of all logs is one constant and the user asks for no
+/// effect.
 pub(crate) fn wrench_stage(
     model: &Model,
     motion: &Motion<'_>,

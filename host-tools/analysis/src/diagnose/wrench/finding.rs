@@ -1,4 +1,4 @@
-//! What the search on the reading found, of whatever round, and what may be asked of it.
+//! The result of the search on the reading, over all rounds, and the questions that can be asked of it.
 
 use super::left::{self, Left};
 use super::remainder;
@@ -13,22 +13,22 @@ use std::sync::Arc;
 
 /// The unmodelled wrench.
 pub(crate) struct WrenchFinding {
-    /// The search.
+    /// Result of the last search.
     pub found: Found,
     /// All logs, ready for further questions.
     pub prepared: Joint,
-    /// What rounds before this one accepted, and what speaks for it.
+    /// Effects that earlier rounds accepted, and the support of each.
     pub earlier: (Vec<Fitted>, Vec<Support>),
-    /// The remainder beside which all was tried.
+    /// The remainder beside which this search was done, if any.
     pub beside: Option<Arc<Smooth>>,
-    /// What was tested beside a smooth remainder, if structure is left.
+    /// How the effects stand beside a smooth remainder; `None` if no structure is left or this was not tested.
     pub beside_remainder: Option<BesideRemainder>,
 }
 
-/// What a smooth remainder leaves of a hypothesis.
+/// Which effects stand beside a smooth remainder, and which do not.
 #[derive(Default)]
 pub(crate) struct BesideRemainder {
-    /// Effects that it would explain as well.
+    /// Effects that the remainder would explain as well, and that are therefore left out.
     pub imitated: Vec<Imitated>,
     /// The remainder beside what is accepted.
     pub remainder: Remainder,
@@ -41,7 +41,7 @@ pub(crate) struct Imitated {
     pub id: String,
     /// Evidence for it beside the remainder.
     pub evidence: f64,
-    /// Whether an interval of its coefficients leaves out 0.
+    /// Whether the interval of one of its coefficients leaves out 0.
     pub determined: bool,
 }
 
@@ -53,7 +53,7 @@ impl WrenchFinding {
         earlier.chain(accepted).collect()
     }
 
-    /// All its effects, of whatever round.
+    /// One hypothesis of all effects, of this and of earlier rounds.
     pub(crate) fn whole(&self) -> Tested {
         let accepted = self.found.accepted.iter().flat_map(|t| &t.effects);
         let effects: Vec<Fitted> = self.earlier.0.iter().chain(accepted).cloned().collect();
@@ -65,14 +65,14 @@ impl WrenchFinding {
         }
     }
 
-    /// The likeliest hypothesis that was tried with a certain effect.
+    /// The likeliest hypothesis that was tried and has an effect of which `is_it` is true.
     pub(crate) fn likeliest_with(&self, is_it: impl Fn(&str) -> bool) -> Option<&Tested> {
         let has_it = |tested: &&Tested| tested.effects.iter().any(|one| is_it(one.id));
         let with_it = self.found.ranked.iter().filter(has_it);
         with_it.max_by(|a, b| a.evidence.total_cmp(&b.evidence))
     }
 
-    /// What its effects leave.
+    /// What the accepted effects leave.
     pub(crate) fn left(&self) -> Left {
         left::of_wrench(&self.prepared, self.found.accepted.as_ref(), &[])
     }
@@ -83,21 +83,22 @@ impl WrenchFinding {
         left.structured().map(|(_, axis, _)| *axis).collect()
     }
 
-    /// Evidence less all of χ² that is left: what compares searches, which may have strained different tolerances.
+    /// Evidence less the χ² that is left after the fit. It compares searches that have held different nominal parameters at their
+    /// values.
     fn score(&self) -> f64 {
         let accepted = self.found.accepted.as_ref();
         let (evidence, gain) = accepted.map_or((0.0, 0.0), |t| (t.evidence, t.gain));
         evidence - gain - self.prepared.left(gain)
     }
 
-    /// What errors of the form of what is accepted may be.
+    /// What the accepted effects may owe to errors of a law's form, plus the evidence needed to be named.
     fn form(&self) -> f64 {
         let accepted = self.found.accepted.as_ref();
         self.prepared.threshold(accepted.map_or(0.0, |t| t.gain))
     }
 
-    /// What a search with curves that fit many mechanisms found, if such a curve leaves less than what is accepted, its
-    /// price counted; `in_place_of_late`: if it does not leave more.
+    /// The answer of a search that may use general curves, if it has such a curve and its score is better by [`Self::form`]. With
+    /// `in_place_of_late` it is enough that it is not worse by as much.
     pub(crate) fn better_curve(&self, other: &Self, in_place_of_late: bool) -> Option<Tested> {
         let form = if in_place_of_late {
             -self.form()
@@ -110,17 +111,17 @@ impl WrenchFinding {
         (is_better && is_curve).then(|| curve.beside_noise(self.chi2_as_tried()))
     }
 
-    /// χ² of all there was to explain beside the noise with which what is accepted was tried. Beside another one χ² counts
-    /// otherwise; the share of it that is explained does not.
+    /// χ² of all there was to explain, with the noise model under which the accepted hypothesis was tried. Under another noise
+    /// model χ² has another scale, but the share that is explained is the same.
     fn chi2_as_tried(&self) -> f64 {
         let accepted = self.found.accepted.as_ref();
         let as_tried = accepted.and_then(|now| self.found.ranked.iter().find(|t| t.is_same(now)));
         as_tried.map_or(self.prepared.problem.chi2, |t| t.to_explain)
     }
 
-    /// Nominal parameters beside what is accepted, by name: value and deviation, and by how many tolerances it is off. Where
-    /// structure is left, they are those beside a smooth remainder: the price of white noise would say more of them than the logs
-    /// do, as it does of effects.
+    /// Nominal parameters beside the accepted effects: name, value, standard deviation, and by how many tolerances it is off.
+    /// Where structure is left, they are estimated beside a smooth remainder: the price of white noise would claim more certainty
+    /// than the logs give, as it does for effects.
     pub(crate) fn nominal(&mut self) -> Vec<(String, f64, f64, f64)> {
         let axes = self.structured_axes();
         let accepted = self.found.accepted.as_ref();
@@ -135,15 +136,15 @@ impl WrenchFinding {
         nominal
     }
 
-    /// Whether another search leaves as little, but for errors of form.
+    /// Whether this search leaves as little as the other one, up to errors of a law's form.
     pub(crate) fn is_as_good_as(&self, other: &Self) -> bool {
         self.score() > other.score() - other.form()
     }
 
-    /// What an earlier search tried that had more effects to choose from: ties with those are not seen in this one.
+    /// Keeps what an earlier search tried that could choose among more effects: this search has not seen the rivals among those.
     pub(crate) fn remember(&mut self, earlier: &Self) {
         let mut tried = earlier.found.ranked.clone();
-        // What one search holds and the other does not is there to explain in one of them alone.
+        // A parameter that only one of the searches holds at its value adds to what there is to explain in that search alone.
         let is_plain = self.beside.is_none() && earlier.beside.is_none();
         let more = self.prepared.more_to_explain_than(&earlier.prepared);
         if let Some(more) = more.filter(|_| is_plain) {
@@ -153,7 +154,7 @@ impl WrenchFinding {
         }
         if let Some(accepted) = &self.found.accepted {
             let ids = accepted.ids();
-            // Evidence counts beside the noise with which it was found.
+            // The evidence of the answer is taken from the same search, as evidence is comparable only under one noise model.
             let same = tried.iter().filter(|t| t.is_same(accepted));
             let own = same.map(|t| t.evidence);
             let own = own.reduce(f64::max).unwrap_or(accepted.evidence);
@@ -173,8 +174,8 @@ impl WrenchFinding {
         self.found.ranked.extend(tried);
     }
 
-    /// Whether an accepted effect is what it is called: no detail of another effect, which is a matter of form, nor what is another,
-    /// simpler one as long as the logs do not determine it.
+    /// Whether an accepted effect may be called by its name. It may not if it is a detail of another effect (a matter of form),
+    /// or if a simpler effect of its kind exists and the logs do not determine its coefficients.
     pub(crate) fn is_a_law(&self, id: &str) -> bool {
         let model = self.prepared.logs.first().map(|log| &log.scene.model);
         let accepted = self.found.accepted.iter().flat_map(|t| &t.effects);
@@ -187,28 +188,28 @@ impl WrenchFinding {
         })
     }
 
-    /// Root mean square of what its effects leave of the logs that no fit has seen, in units of the noise.
+    /// Rms error of the accepted effects on logs that no fit has seen, in units of the noise.
     pub(crate) fn error_on_unseen(&self) -> f64 {
         let accepted = self.found.accepted.clone().unwrap_or_default();
         self.prepared.error_on_unseen(&accepted)
     }
 
-    /// How many times as large as that of a finding with more effects its error on the logs that no fit has seen is, if that is
-    /// much.
+    /// Ratio of this error on unseen logs to `error`, that of a finding with more effects. `None` if the ratio is at most
+    /// [`FORETELLS`] or the error decides nothing.
     pub(crate) fn foretells_worse_by(&self, error: f64) -> Option<f64> {
         let worse = self.error_on_unseen() / error;
         (self.can_foretell() && worse > FORETELLS).then_some(worse)
     }
 
-    /// Whether anything follows from an error on logs that no fit has seen: not where all are those of the fit, nor where
-    /// something touches, as what imitates a law of contacts foretells as well as that.
+    /// Whether the error on unseen logs may decide. It may not where all logs were fitted, nor where something touches: an
+    /// imitation of a contact's law foretells as well as that law.
     pub(crate) fn can_foretell(&self) -> bool {
         let Joint { logs, fitted, .. } = &self.prepared;
         let touches = |log: &PreparedLog| log.scene.touches_anything();
         *fitted < logs.len() && !logs.iter().any(touches)
     }
 
-    /// The intervals of what is accepted hold the values of another answer, too.
+    /// Widens the intervals of the accepted effects so that they include the values of another answer.
     pub(crate) fn hold(&mut self, other: &Tested) {
         let accepted = self.found.accepted.iter_mut().flat_map(|t| &mut t.effects);
         for effect in accepted.chain(&mut self.earlier.0) {
@@ -217,8 +218,8 @@ impl WrenchFinding {
         }
     }
 
-    /// The intervals of effects end where unseen data would be foretold much worse. Of each is given how much worse they are
-    /// without it.
+    /// Limits the intervals of effects to values with which unseen data are not foretold much worse. `each`: by what factor the
+    /// error rises without the effect.
     pub(crate) fn foretell(&mut self, each: &BTreeMap<String, f64>) {
         let accepted = self.found.accepted.iter_mut().flat_map(|t| &mut t.effects);
         for effect in accepted.chain(&mut self.earlier.0) {
@@ -227,8 +228,8 @@ impl WrenchFinding {
         }
     }
 
-    /// An effect, but for some, that the logs do not determine, or without which another hypothesis is likelier by far: the
-    /// search had ended beside it.
+    /// The first accepted effect, but those in `but`, that the logs do not determine, or without which another hypothesis is
+    /// likelier by far. The latter happens as the search had ended with it.
     pub(crate) fn unsure(&self, but: &BTreeMap<String, f64>) -> Option<String> {
         let model = &self.prepared.logs.first()?.scene.model;
         let accepted = self.found.accepted.iter().flat_map(|t| &t.effects);
@@ -239,7 +240,7 @@ impl WrenchFinding {
         unsure.map(|(effect, _)| effect.id.to_owned())
     }
 
-    /// Effects of which the intervals say more than that they may not be there.
+    /// Effects whose intervals exclude that they are absent.
     pub(crate) fn told(&self) -> Vec<String> {
         let model = self.prepared.logs.first().map(|log| &log.scene.model);
         let accepted = self.found.accepted.iter().flat_map(|t| &t.effects);
@@ -273,15 +274,15 @@ impl WrenchFinding {
         self.ids().into_iter().filter(is_one).collect()
     }
 
-    /// Whether a dry friction is among the effects, or those of the model.
+    /// Whether a dry friction is among the accepted effects, or the effects of the model.
     pub(crate) fn has_dry_friction(&self, model: &Model) -> bool {
         let is_dry = |id: &str| by_id(id).is_some_and(|e| e.kind == Some(Kind::DryFriction));
         let mut known = model.effects.iter();
         known.any(|effect| is_dry(&effect.id)) || self.ids().iter().any(|id| is_dry(id))
     }
 
-    /// Ids for another search without some of the effects. With what moves the reading in time goes what was left out
-    /// for its sake.
+    /// Ids for another search without the effects in `gone`. If a late effect is among these, the effects return that were left
+    /// out for its sake.
     pub(crate) fn ids_without(&self, gone: &[String]) -> Vec<String> {
         let mut ids = self.ids();
         if self.late().iter().any(|late| gone.contains(late)) {
@@ -293,7 +294,7 @@ impl WrenchFinding {
         ids
     }
 
-    /// Takes the remainder beside what the model has already.
+    /// Records the remainder that stands beside the effects of the model alone, where structure is left.
     pub(crate) fn stand_alone(&mut self) {
         let axes = self.structured_axes();
         if !axes.is_empty() {
@@ -303,8 +304,8 @@ impl WrenchFinding {
         }
     }
 
-    /// Takes evidence and intervals from how the effects, earlier ones first, stand beside a remainder. What rivals have for them
-    /// by the price of white noise says nothing then. What stands because it foretells keeps its own.
+    /// Sets evidence and intervals to those that each effect, earlier ones first, has beside the remainder. Evidence against
+    /// rivals at the price of white noise is dropped, as it says nothing there. An effect in `foretelling` keeps its own.
     pub(crate) fn stand(
         &mut self,
         each: &[Standing],

@@ -1,4 +1,4 @@
-//! What effects leave of a channel, and how much of it may be left without being called structure.
+//! What effects leave of a channel, and what share of the error may be left without being called structure.
 
 use super::regression::joint::{Joint, Rest};
 use super::regression::prepared_log::{PreparedLog, sheet_sigma};
@@ -11,30 +11,31 @@ use softdock_physics::model::{Axis, Channel};
 
 /// Share of the error that may be left without being called structure.
 const REMAINDER: f64 = 0.01;
-/// The same where each effect stands beside a smooth remainder. Set by hand, not calibrated: friction laws of
-/// real joints leave about 3 %, imitations of what is outside of the catalogue 4 % at the least and mostly more than 10 %
-/// (`softdock bench diagnose --seed 3`), so that one of them is named. Of a servo that is no docking rig it is set by hand, too: forms that are
-/// right leave 2 to 4 % of its velocity on public logs, one that is not 18 %.
+/// The same where each effect stands beside a smooth remainder. Set by hand, not calibrated: friction laws of real joints leave
+/// about 3 %; imitations of effects outside the catalogue leave at least 4 % and mostly more than 10 % (`softdock bench diagnose
+/// --seed 3`), so that one of them is named. Set by hand, too, for the servo of a machine that is no docking rig: on public logs
+/// forms that are right leave 2 to 4 % of its velocity, one that is wrong 18 %.
 const MODELLED: f64 = 0.05;
-/// The same where a smooth remainder describes all but [`DESCRIBED`] of it without any contact, whose own law it could
-/// be: what is named explains at least three times what stays without a name. Set by hand.
+/// The same where effects and smooth remainder together leave at most [`DESCRIBED`], and nothing touches, whose law the remainder
+/// could stand for: what is named then explains at least three times what stays without a name. Set by hand.
 const NAMELESS: f64 = 0.25;
-/// The same of a machine that is no docking rig: a model to start from knows nothing of it, so that its inertia, weight and friction are there
-/// before anybody asks. By what a name is for: what is named explains more than what stays without one.
+/// The same for a machine that is no docking rig. A model to start from knows nothing of it, so its inertia, weight and friction
+/// are there before anybody asks. The limit says what a name is good for: what is named explains more than what stays without
+/// one.
 const HALF: f64 = 0.5;
-/// Share of the error that effects and remainder together may leave then: what a drive's torque, late by some
-/// milliseconds, leaves of a swinging weight is a function of none of its quantities. Set by hand.
+/// Share of the error that effects and remainder together may leave for [`NAMELESS`]. It is not 0: what a drive's torque, late by
+/// some milliseconds, leaves of a swinging weight is a function of none of the remainder's quantities. Set by hand.
 const DESCRIBED: f64 = 0.1;
 
 /// What is left of a channel after effects.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Left {
-    /// Axes, with what the tests find on each log.
+    /// Axes, with what the tests for structure find on each log.
     pub axes: Vec<(Channel, Axis, Vec<Structure>)>,
-    /// Excess over the noise that is left, of what there was.
+    /// Excess of χ² over the noise that is left, as a share of the excess that there was; 0 to 1.
     pub share: f64,
-    /// The same in units of the data sheet's noise, without what the whitening does: what effects gain beside a remainder is no
-    /// measure of what they explain.
+    /// The same share in units of the data sheet's noise, without whitening. What effects gain in whitened χ² beside a remainder
+    /// does not measure what they explain.
     plain: f64,
     /// Share that may be left without being called structure.
     pub allowed: f64,
@@ -50,7 +51,7 @@ impl Left {
         }
     }
 
-    /// Of velocities: `squares` is χ² of `count` values that is left, `nominal` what there was.
+    /// For a velocity: `squares` is χ² of the `count` values that is left, `nominal` is χ² before any effect.
     pub(crate) fn of_velocities(
         axes: Vec<(Channel, Axis, Vec<Structure>)>,
         squares: f64,
@@ -61,7 +62,7 @@ impl Left {
         Self::new(axes, excess / (excess + nominal - squares).max(1.0))
     }
 
-    /// The same of the velocity of a servo that is no docking rig.
+    /// The limit for the velocity of a servo of a machine that is no docking rig.
     pub(crate) fn of_a_servo(self) -> Self {
         Self {
             allowed: MODELLED,
@@ -69,7 +70,7 @@ impl Left {
         }
     }
 
-    /// The same of a machine that is no docking rig, of a wrench beside a smooth remainder.
+    /// The limit, and the share without whitening, for the wrench of a machine that is no docking rig, beside a smooth remainder.
     pub(crate) fn of_a_machine(self) -> Self {
         Self {
             allowed: HALF,
@@ -78,7 +79,7 @@ impl Left {
         }
     }
 
-    /// The same with effects that stand beside a smooth remainder; `left`: what both leave.
+    /// The limit for effects that stand beside a smooth remainder; `left` is what effects and remainder together leave.
     pub(crate) fn beside(self, remainder: &Remainder, left: &Self) -> Self {
         let described = left.share <= DESCRIBED && !remainder.is_of_contact();
         match described {
@@ -94,7 +95,7 @@ impl Left {
         }
     }
 
-    /// Whether the logs show structure that is more than a remainder.
+    /// Whether the logs show structure, and more is left than is allowed.
     pub(crate) fn any(&self) -> bool {
         self.share > self.allowed && self.is_structured()
     }
@@ -104,7 +105,7 @@ impl Left {
         self.structured().next().is_some()
     }
 
-    /// Axes with structure on all logs.
+    /// Axes that show structure on all logs.
     pub(crate) fn structured(&self) -> impl Iterator<Item = &(Channel, Axis, Vec<Structure>)> {
         self.axes
             .iter()
@@ -118,12 +119,12 @@ pub(crate) fn of_wrench(joint: &Joint, tested: Option<&Tested>, smooth: &[Column
     of_rests(joint, &joint.rests(tested, smooth), gain, Constant::Common)
 }
 
-/// What effects leave that each log has in amounts of its own, which together gain so much.
+/// The same with effects whose amounts are fitted to each log on its own; `gain` is the fall of χ² by all of them together.
 pub(crate) fn of_wrench_apart(joint: &Joint, own: &[Column], gain: f64) -> Left {
     of_rests(joint, &joint.rests(None, own), gain, Constant::Own)
 }
 
-/// What an offset is that nothing else has the merit of.
+/// The constant whose removal counts for no effect, as any offset would remove it.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Constant {
     /// All logs share it.
@@ -158,22 +159,22 @@ fn of_rests(joint: &Joint, rests: &[Rest], gain: f64, constant: Constant) -> Lef
     }
 }
 
-/// Excess that is left, of what there was.
+/// What is left as a share of what there was: `left` + `removed`, at least 1.
 fn share(left: f64, removed: f64) -> f64 {
     let (left, removed) = (left.max(0.0), removed.max(0.0));
     left / (left + removed).max(1.0)
 }
 
-/// χ² that a log leaves over its number of values.
+/// By how much the χ² that a log leaves exceeds its number of values.
 struct Excess {
-    /// In units of the noise.
+    /// Of the whitened residual.
     white: f64,
-    /// In units of the data sheet's: whitening can swallow what is locked to the motion.
+    /// Of the residual in units of the data sheet's noise: whitening can swallow what is locked to the motion.
     plain: f64,
 }
 
-/// What effects and tolerances have taken of χ² in units of the data sheet's noise, but for what a constant would take: to remove an
-/// offset is no merit of what else is believed.
+/// By how much effects and tolerances reduce χ², in units of the data sheet's noise. What a constant would remove is not counted:
+/// to remove an offset is no merit of an effect.
 fn removed(joint: &Joint, rests: &[Rest], constant: Constant) -> f64 {
     let changes = |columns: &[Column], axis: usize| {
         let each = joint.logs.iter().zip(columns);
@@ -229,7 +230,7 @@ fn of_log(joint: &Joint, log: &PreparedLog, rest: &Rest) -> (Vec<Structure>, Exc
     (structures, excess)
 }
 
-/// Mean and root mean square of the cycles that count, over the data sheet's noise.
+/// Mean and root mean square of a column over the cycles that count, in units of the data sheet's noise.
 fn moments(log: &PreparedLog, column: &Column, axis: usize) -> (f64, f64) {
     let counted = column.0[axis].iter().zip(&log.fresh);
     let counted = counted.filter(|(_, fresh)| **fresh).map(|(r, _)| *r);
@@ -242,7 +243,7 @@ fn moments(log: &PreparedLog, column: &Column, axis: usize) -> (f64, f64) {
     (sum / count / sheet, (power / count).sqrt() / sheet)
 }
 
-/// Tests the cycles that count, as if the others had not been.
+/// Tests only the cycles that count, joined to one series, and maps what is found back to cycles of the log.
 fn counted(log: &PreparedLog, white: &[f64], level: f64) -> Structure {
     let counts = log.fresh.iter().enumerate();
     let places: Vec<usize> = counts.filter(|(_, c)| **c).map(|(n, _)| n).collect();
@@ -266,8 +267,8 @@ fn counted(log: &PreparedLog, white: &[f64], level: f64) -> Structure {
     found
 }
 
-/// Rounded readings have residuals of their own, and a level over the data sheet's noise. The
-/// tolerances, which were taken as if rounding were noise, count only where they help.
+/// Rounded readings get residuals of their own, and a level over the data sheet's noise. The tolerances were fitted as if
+/// rounding were noise, so the fit that includes them counts only where it costs less than the exact one.
 fn beyond_rounding(log: &PreparedLog, rest: &Rest) -> (Column, [Option<f64>; 6]) {
     let sheet = sheet_sigma(&log.scene.model);
     let mut white = rest.white.clone();
@@ -277,7 +278,7 @@ fn beyond_rounding(log: &PreparedLog, rest: &Rest) -> (Column, [Option<f64>; 6])
             let [with, exact] =
                 [&rest.raw, &rest.exact].map(|r| Rounded::new(&r.0[axis], half, sheet[axis]));
             let mut own = if with.cost < exact.cost { with } else { exact };
-            // A repeated reading says nothing new.
+            // A repeated reading carries no new information.
             for (residual, fresh) in own.white.iter_mut().zip(&log.fresh) {
                 if !fresh {
                     *residual = 0.0;
@@ -296,7 +297,8 @@ fn beyond_rounding(log: &PreparedLog, rest: &Rest) -> (Column, [Option<f64>; 6])
 mod tests {
     use super::*;
 
-    /// The whitened share is another before and after `add`: what the model has is no gain of the search. The answer is the same.
+    /// The whitened share differs before and after `add`, as what the model has already is no gain of the search. The answer must
+    /// not differ.
     #[test]
     fn beside_a_remainder_the_plain_share_decides() {
         let left = Left {

@@ -1,4 +1,5 @@
-//! The rounds of the search on the reading: beside what was found, without what is unsure, late or a drift, and beside a remainder.
+//! The rounds of the search on the reading: beside what was found already, without effects that are unsure, late or a drift, and
+//! beside a smooth remainder.
 
 use super::beside::{self, Asking};
 use super::finding::WrenchFinding;
@@ -14,10 +15,10 @@ use std::collections::BTreeMap;
 /// Most rounds of the search on the reading.
 const ROUNDS: usize = 3;
 
-/// What the logs say of the reading, beside effects that were added to the model. What is new beside these, or differs from
-/// log to log, must be what a search finds that has none of them, if that finds them all: fitted and held, an effect leaves
-/// what it would not leave were it fitted with the others, and the answer to the same question would be another one after
-/// `add`.
+/// What the logs say of the reading, where the model has effects that `add` fitted. An effect that is fitted and then held leaves
+/// other residuals than one that is fitted together with the rest, so that the same question could get another answer after
+/// `add`. If the finding is new or the logs disagree, the search is therefore repeated on the model without the added effects. If
+/// that search finds all the added ones, only what it finds as well may be new.
 pub(crate) fn wrench_rounds(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
     let finding = rounds(asking)?;
     let (model, new) = (asking.model, finding.ids());
@@ -59,7 +60,8 @@ pub(crate) fn wrench_rounds(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
     })
 }
 
-/// What the logs say, without effects in whose place others do as well.
+/// The answer of [`rounds_of`]; where the search was free to choose, also compared with the answers without late effects and
+/// without drifts.
 fn rounds(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
     let mut finding = rounds_of(asking)?;
     let is_whole = asking.question.only.is_none() && asking.question.among.is_none();
@@ -71,8 +73,8 @@ fn rounds(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
     Some(finding)
 }
 
-/// Where more is not explained an answer has lost effects that a search had beside others, and what stood in the place of one of its
-/// own was tried beside those: others are tried in each place once more.
+/// Tries others in the place of each effect of the answer once more, where structure is left. Rivals were tried while effects
+/// were accepted that the answer has lost since, so what they explain is not comparable with the final answer.
 fn beside_rivals(finding: &mut WrenchFinding, asking: &mut Asking<'_>) {
     let beside = finding.beside.clone();
     let asks = beside.is_some() || finding.left().is_structured();
@@ -92,7 +94,8 @@ fn beside_rivals(finding: &mut WrenchFinding, asking: &mut Asking<'_>) {
     let Some(now) = tried.iter().find(|t| t.is_same(&answer)) else {
         return;
     };
-    // χ² beside another noise is no evidence for or against what was tried now, and what was tried anew stands once.
+    // χ² is comparable only beside the same noise: hypotheses of the same size that were tried beside another noise go, and so do
+    // earlier entries of what was tried anew.
     let (to_explain, count) = (now.to_explain, answer.effects.len());
     let ranked = &mut finding.found.ranked;
     ranked.retain(|other| !tried.iter().any(|anew| anew.is_same(other)));
@@ -104,8 +107,8 @@ fn beside_rivals(finding: &mut WrenchFinding, asking: &mut Asking<'_>) {
     ranked.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
 }
 
-/// Where the logs show effects that move the reading in time, no dry friction and more that is not explained: what they say
-/// without these, if that is better. A delay of all that loads the sensor looks like a dry friction, and takes its place.
+/// Repeats the search without late effects if the answer has such, has no dry friction and leaves structure; returns the better
+/// answer. A delay of all that loads the sensor looks like a dry friction, and takes its place.
 fn without_late(finding: WrenchFinding, asking: &mut Asking<'_>) -> Option<WrenchFinding> {
     let (late, axes) = (finding.late(), finding.structured_axes());
     if late.is_empty() || axes.is_empty() || finding.has_dry_friction(asking.model) {
@@ -119,8 +122,8 @@ fn without_late(finding: WrenchFinding, asking: &mut Asking<'_>) -> Option<Wrenc
     }
 }
 
-/// Where more is not explained: what the logs say without effects that follow the time alone, unless these foretell unseen data
-/// much better. A slow curve fits what many laws leave of one log.
+/// Where structure is left and the answer has effects that depend on time alone: the answer without these, unless they foretell
+/// unseen data much better ([`FORETELLS`]). A slow curve in time fits what many laws leave of one log.
 fn without_drift(finding: WrenchFinding, asking: &mut Asking<'_>) -> Option<WrenchFinding> {
     let drifts = finding.drifts();
     if drifts.is_empty() || !finding.can_foretell() || finding.structured_axes().is_empty() {
@@ -148,11 +151,11 @@ fn rounds_without(ids: &[String], asking: &mut Asking<'_>) -> Option<WrenchFindi
     })
 }
 
-/// What the logs say: as many rounds as find something, without effects in whose place others do as well, and beside a smooth
-/// remainder where structure is left.
+/// One complete answer: rounds of search as long as they find something, without effects whose rivals do as well, and compared
+/// with a smooth remainder where structure is left.
 fn rounds_of(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
     let (mut finding, leaves_structure) = beside_earlier(asking)?;
-    // What logs that disagree have in common is no answer that could be bettered.
+    // What disagreeing logs have in common is no answer that further steps could improve.
     if !finding.found.disagreeing.is_empty() {
         if !beside::agree_on_a_curve(&finding, asking) {
             return Some(finding);
@@ -167,8 +170,7 @@ fn rounds_of(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
     if is_open {
         finding = without_unsure(finding, asking);
     }
-    // What a later round finds can be an answer to the structure that the first one has left, and no
-    // better than a smooth remainder.
+    // What a later round finds may only fit the structure that the first one has left, and be no better than a smooth remainder.
     if asks_beside {
         finding = beside::beside_remainder(finding, asking);
     }
@@ -184,8 +186,8 @@ fn rounds_of(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
     Some(finding)
 }
 
-/// Searches again beside what was found, as long as much is left: a delay or a gain acts on the whole reading, with the effects that
-/// were found first. And whether any of these searches left structure.
+/// Searches again beside what was found, as long as much is left: a delay or a gain acts on the whole reading, including the
+/// effects that were found first. The flag says whether any of these searches left structure.
 fn beside_earlier(asking: &mut Asking<'_>) -> Option<(WrenchFinding, bool)> {
     let question = asking.question;
     let mut finding = asking.ask(question)?;
@@ -221,7 +223,8 @@ fn beside_earlier(asking: &mut Asking<'_>) -> Option<(WrenchFinding, bool)> {
     Some((finding, leaves_structure))
 }
 
-/// Takes effects away in whose place others do as well, one at a time, unless the others foretell unseen data worse.
+/// Removes effects that are unsure, one at a time, if the answer without it is as good; an effect without which unseen data are
+/// foretold much worse stays.
 fn without_unsure(mut finding: WrenchFinding, asking: &mut Asking<'_>) -> WrenchFinding {
     let mut foretelling = BTreeMap::new();
     while let Some(gone) = finding.unsure(&foretelling) {

@@ -1,4 +1,4 @@
-//! What the sensor does to its samples: rounding them, and repeating the last one.
+//! What the sensor does to its samples: it rounds them, or repeats the last one.
 
 use super::sheet_sigma;
 use softdock_physics::model::Model;
@@ -6,33 +6,33 @@ use softdock_physics::model::log::Log;
 use softdock_statistics::median;
 use std::collections::BTreeMap;
 
-/// Rounding below this share of the noise cannot be seen in the error, and is what any sensor does.
+/// Rounding below this share of the noise cannot be seen in the error, and every sensor does it.
 const VISIBLE: f64 = 0.35;
-/// Share of repeated samples that chance does not explain.
+/// Samples are called repeated from this share on: by chance there are fewer.
 const REPEATED: f64 = 0.004;
-/// A step of the lattice has at least this many digits of the log.
+/// A step of the lattice is at least this many units of the last printed digit of the log.
 const DIGITS: f64 = 20.0;
 
-/// What was found.
+/// Rounding and repetition of the readings of one log.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Sampling {
-    /// Step of the readings: force (N), torque (N·m); 0 where none is visible.
+    /// Step of the readings: force (N), torque (N·m); 0 where no rounding is visible.
     pub lsb: [f64; 2],
     /// Readings are rounded down, not to the nearest step.
     pub rounds_down: bool,
     /// Share of samples that repeat the one before.
     pub held_share: f64,
-    /// Its variance times the number of samples.
+    /// Variance of this share, times the number of samples.
     pub held_variance: f64,
-    /// The sample of a cycle is new.
+    /// For each cycle: the sample is new, and no repetition.
     pub fresh: Vec<bool>,
 }
 
 impl Sampling {
-    /// Looks at a log.
+    /// Examines the readings of a log.
     pub(crate) fn of(log: &Log, model: &Model) -> Self {
         let sigma = sheet_sigma(model);
-        // What a drive was told came from no sensor, in steps as large as one likes.
+        // What a drive was commanded comes from no sensor, and may have steps of any size.
         let drives = model.sensor.wrench.drives();
         let steps: [Option<f64>; 6] = std::array::from_fn(|axis| {
             let step = lattice(&log.wrench[axis]).filter(|_| !drives)?;
@@ -52,7 +52,7 @@ impl Sampling {
             .map(|axis| repeated_by_chance(axis))
             .product();
         let share = held.len() as f64 / count;
-        // A command acts until the next one.
+        // A command is meant to hold until the next one.
         let is_held =
             !drives && share > REPEATED && share > 5.0 * by_chance && moves_between(log, &held);
         let mut fresh = log.fresh.clone();
@@ -68,8 +68,8 @@ impl Sampling {
         }
     }
 
-    /// Looks at the mean of measured minus nominal readings: what is rounded down lacks half a step
-    /// on all axes.
+    /// Decides from the mean of measured minus nominal readings whether they are rounded down: then the mean is half a step too
+    /// low, on at least two thirds of the rounded axes.
     pub(crate) fn look_at_zero(&mut self, mean: &[f64; 6]) {
         let down = |axis: usize| {
             let step = self.lsb[axis / 3];
@@ -95,10 +95,11 @@ impl Sampling {
     }
 }
 
-/// Share of readings of an axis that repeat the one before by chance: as many as differ by one step either way, if most that
-/// differ do by more. Else the axis stands on coarse steps, or changes slowly, and whatever repeats does so by chance.
+/// Share of readings of an axis that repeat the one before by chance. If most changes are larger than one step, it is half the
+/// share of changes by one step (as one step up, one step down and no change are about equally likely there). Otherwise the axis
+/// has coarse steps or changes slowly, and all repetitions are taken for chance.
 fn repeated_by_chance(values: &[f64]) -> f64 {
-    /// Share of the largest change that is none.
+    /// Changes below this share of the largest one are round-off.
     const ROUND_OFF: f64 = 1e-9;
     let changes: Vec<f64> = values.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
     let largest = changes.iter().copied().fold(0.0, f64::max);
@@ -114,8 +115,8 @@ fn repeated_by_chance(values: &[f64]) -> f64 {
     if is_fine { 0.5 * one_step } else { repeats }
 }
 
-/// Whether most readings that repeat are others than the one that does most often: what rests at a limit, or reads nothing, was not
-/// held.
+/// Whether the readings that repeat differ: none makes up half of them. A signal that rests at a limit, or reads nothing, repeats
+/// one value and was not held.
 fn moves_between(log: &Log, held: &[usize]) -> bool {
     let mut counts: BTreeMap<[u64; 6], usize> = BTreeMap::new();
     for n in held {
@@ -125,8 +126,8 @@ fn moves_between(log: &Log, held: &[usize]) -> bool {
     2 * counts.values().copied().max().unwrap_or(0) < held.len()
 }
 
-/// Variance of a share of samples times their number, p (1 − p) (1 + ρ)/(1 − ρ): samples that are held come in runs, and ρ
-/// is the correlation of one with the next.
+/// Variance of a share p of samples times their number, p (1 − p) (1 + ρ)/(1 − ρ). Held samples come in runs; ρ is the
+/// correlation of one sample with the next.
 fn variance_of_share(held: &[usize], share: f64) -> f64 {
     let again = held
         .windows(2)
@@ -138,7 +139,7 @@ fn variance_of_share(held: &[usize], share: f64) -> f64 {
     share * (1.0 - share) * (1.0 + correlation) / (1.0 - correlation)
 }
 
-/// The step that several axes share; 0 if most of those that say something have none.
+/// The step that several axes share (their median); 0 if at most half of the axes that are not constant have one.
 fn common(steps: &[Option<f64>]) -> f64 {
     let mut found: Vec<f64> = steps
         .iter()
@@ -153,8 +154,8 @@ fn common(steps: &[Option<f64>]) -> f64 {
     }
 }
 
-/// Step of the lattice on which all values lie; 0 if it is not coarser than their digits, None if
-/// a constant says nothing.
+/// Step of the lattice on which nearly all values lie. 0 if there is none, or it is no coarser than the digits of the log; `None`
+/// for a constant, which says nothing.
 fn lattice(values: &[f64]) -> Option<f64> {
     let mut sorted: Vec<f64> = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -182,7 +183,8 @@ fn lattice(values: &[f64]) -> Option<f64> {
     })
 }
 
-/// The step from all gaps, which are whole multiples of it but for the digits of the log.
+/// The step as a mean over the gaps, which are whole multiples of it but for the digits of the log. Larger gaps are used as it
+/// gets more exact.
 fn refined(gaps: &[f64], smallest: f64) -> f64 {
     let mut step = smallest;
     for reach in [3.0, 10.0, 30.0] {

@@ -1,4 +1,4 @@
-//! Fits a hypothesis to rows of the logs: its shapes refined, its coefficients solved for, and what of them cannot be.
+//! Fits a hypothesis to rows of the logs: refines its shapes, solves for its coefficients, and tells which values cannot be.
 
 use super::fitted::Fitted;
 use super::hypothesis::{Hypothesis, Part};
@@ -18,14 +18,14 @@ use softdock_report::number;
 use softdock_statistics::DEVIATIONS_95;
 use std::collections::BTreeMap;
 
-/// Refines the shapes of a hypothesis on all logs.
+/// Fits a hypothesis to all logs, with the effort of a screening.
 pub(crate) fn tested(library: &Library, hypothesis: &Hypothesis, joint: &Joint) -> Tested {
     let mut tested = fitted_to(&joint.problem, library, hypothesis, joint, Care::Screening);
     tested.beyond_rounding = joint.gain_beyond_rounding(&tested);
     tested
 }
 
-/// The same, fitted to some rows of the logs.
+/// The same, fitted to some rows of the logs with a given effort.
 pub(crate) fn fitted_to(
     problem: &Problem,
     library: &Library,
@@ -68,7 +68,7 @@ fn fit(
     }
 }
 
-/// The coefficients with refined shapes, and what they make of the whitened reading.
+/// Solves for the coefficients with the refined shapes. Also returns what they contribute to the whitened reading.
 fn solved(
     hypothesis: &Hypothesis,
     shaped: &mut Shaped<'_>,
@@ -96,7 +96,7 @@ fn solved(
     }
 }
 
-/// The effects with their parameters, and which of these cannot be.
+/// The effects with their parameters, and for each value that cannot be the reason, in words.
 fn effects_of(
     hypothesis: &Hypothesis,
     solution: &Solution,
@@ -144,8 +144,9 @@ fn effects_of(
     (effects, wrong)
 }
 
-/// Says so of a difference between two directions that is larger than what differs, which is among the effects or in the model: by
-/// more than their deviations, and more than errors of form make of a damper that acts in one direction only.
+/// A message if a difference between two directions is larger than the amount that differs, which is among the effects or in the
+/// model: in one direction the law would then drive. It has to be larger by more than the standard deviations allow, and by more
+/// than errors of form make of a damper that acts in one direction only.
 fn driving(effect: &Fitted, effects: &[Fitted], model: &Model) -> Option<String> {
     let own = LoadEffect::find(model, effect.id)?;
     let Difference {
@@ -162,7 +163,7 @@ fn driving(effect: &Fitted, effects: &[Fitted], model: &Model) -> Option<String>
     let known: f64 = known.filter_map(|one| one.parameters.get(other_name)).sum();
     let (there, other_sigma, _) = found.copied().unwrap_or((0.0, 0.0, unit));
     let whole = there + known;
-    /// Slope with which it drives one way, as a share of that with which it brakes the other.
+    /// Slope with which it drives in one direction, as a share of the slope with which it brakes in the other.
     const DRIVES: f64 = 0.1;
     let drives = value.abs() - whole;
     let is_sure = drives > DEVIATIONS_95 * sigma.hypot(other_sigma);
@@ -172,9 +173,9 @@ fn driving(effect: &Fitted, effects: &[Fitted], model: &Model) -> Option<String>
     })
 }
 
-/// Why an amount is refused; of one that the logs leave open, the end of its range is said.
+/// Why an amount is refused, in words. Of an amount that the logs leave open the end of its range is given instead.
 fn forbidden(effect: &LoadEffect, coefficient: &Coefficient, value: f64) -> String {
-    /// Ranges beyond which a value is no estimate.
+    /// Beyond so many times its range a value is no estimate.
     const OPEN: f64 = 1e3;
     let unit = match coefficient.unit {
         "-" => String::new(),
@@ -207,7 +208,7 @@ fn forbidden(effect: &LoadEffect, coefficient: &Coefficient, value: f64) -> Stri
     }
 }
 
-/// What a fit to a problem follows from, beside a regression of all logs.
+/// All on which a fit to `problem` depends, as a key of the memo; the regression of all logs is `of_all`.
 fn key(
     [problem, of_all]: [&Problem; 2],
     library: &Library,
@@ -220,7 +221,7 @@ fn key(
     }
     for part in &hypothesis.parts {
         let variant = &library.variants[part.variant];
-        // Each entry of a catalogue stands in one place of memory.
+        // Each entry of a catalogue has an address of its own.
         key.push(std::ptr::from_ref(variant.effect).addr() as u64);
         key.extend(variant.shapes.iter().map(|shape| shape.to_bits()));
         key.push(part.used.len() as u64);
@@ -234,10 +235,11 @@ fn key(
     key
 }
 
-/// Times that coefficients are found anew with the columns around the last ones.
+/// How often coefficients are solved again with columns linearised around the last ones.
 const ROUNDS: usize = 4;
 
-/// The solution with columns that fit its own coefficients, the best of some rounds.
+/// For effects that are not linear in their coefficients: the best solution of some rounds, each with columns linearised around
+/// the coefficients of the last one.
 fn exact(start: Solution, shaped: &mut Shaped<'_>, shapes: &[Vec<f64>]) -> Solution {
     let mut best = start;
     best.gain = shaped

@@ -1,4 +1,4 @@
-//! An effect with the parameters that the logs give it.
+//! An effect with the parameters that were fitted to the logs.
 
 use crate::diagnose::evidence::Foretold;
 use softdock_physics::model::Model;
@@ -13,18 +13,18 @@ use std::collections::BTreeMap;
 pub(crate) struct Fitted {
     /// The effect's id.
     pub id: &'static str,
-    /// Value, standard deviation and unit of each parameter; choices have no deviation.
+    /// Value, standard deviation and unit of each parameter, by name; the deviation of a choice is 0.
     pub parameters: BTreeMap<&'static str, (f64, f64, &'static str)>,
-    /// Its amount beside a smooth remainder, of that without.
+    /// Ratio of its amount beside a smooth remainder to its amount without one.
     pub beside_remainder: f64,
     /// Values of its parameters in other answers that the logs do not refute.
     pub elsewhere: BTreeMap<&'static str, Vec<f64>>,
-    /// What unseen data say of its only parameter.
+    /// How far its only free parameter may be off, by the error on unseen data.
     pub foretold: Foretold,
 }
 
 impl Fitted {
-    /// The effect with its values.
+    /// The effect of the catalogue with its values; `None` if the model of the scene has no such effect.
     pub(crate) fn valued(&self, scene: &Scene) -> Option<Valued<'static>> {
         let effect = LoadEffect::find(&scene.model, self.id)?;
         let values = self.parameters.iter();
@@ -32,7 +32,7 @@ impl Fitted {
         Some((effect, effect.given(&values.collect())))
     }
 
-    /// The effect with one coefficient of its several at a time, where it is their sum.
+    /// The effect split into one term for each coefficient that is not 0, if it is linear in them; otherwise the effect itself.
     pub(crate) fn terms(&self, model: &Model) -> Vec<Self> {
         let effect = LoadEffect::find(model, self.id).filter(|effect| effect.is_linear());
         let names = effect.iter().flat_map(|effect| &effect.coefficients);
@@ -53,8 +53,8 @@ impl Fitted {
         names.iter().map(term).collect()
     }
 
-    /// Amounts of its [`Self::terms`] with which it is no more than what it is a detail of; none if it is no detail, or
-    /// lacks a part that would be needed: then that other effect stands beside it.
+    /// Factors of its [`Self::terms`] with which their sum becomes the effect that it is a detail of. `None` if it is no detail,
+    /// or if a coefficient that this needs is 0: then that other effect stands beside it.
     pub(crate) fn plain(&self, model: &Model) -> Option<Vec<f64>> {
         let effect = LoadEffect::find(model, self.id)?;
         let mut details = effect.effect.detail_of.iter();
@@ -69,7 +69,8 @@ impl Fitted {
         is_whole.then(|| given.map(|(value, amount)| amount / value).collect())
     }
 
-    /// Takes amount and deviation, a share of all coefficients, from how it stands beside a remainder.
+    /// Records how it stands beside a remainder: the ratio of its amount there, and `share`, a relative standard deviation that
+    /// is added to those of all free parameters.
     pub(crate) fn stand(&mut self, (amount, share): (f64, f64)) {
         self.beside_remainder = amount;
         for (value, sigma, _) in self.parameters.values_mut() {
@@ -85,19 +86,20 @@ impl Fitted {
         low * high > 0.0
     }
 
-    /// Whether the logs say more of its coefficients than that they may be 0.
+    /// Whether the intervals of its coefficients leave out 0 where they have to.
     pub(crate) fn is_determined(&self, model: &Model) -> bool {
         LoadEffect::find(model, self.id)
             .is_some_and(|effect| effect.is_determined(|name| self.is_sure(name)))
     }
 
-    /// Whether its intervals say more than that it may not be there.
+    /// Whether its intervals exclude that it is absent.
     pub(crate) fn is_told(&self, model: &Model) -> bool {
         LoadEffect::find(model, self.id)
             .is_none_or(|effect| effect.is_told(|name| self.is_sure(name)))
     }
 
-    /// Unseen data are foretold so many times worse without it: where it has one parameter, that bounds it.
+    /// Without this effect the error on unseen data is `worse` times as large. If it has a single free parameter, that bounds its
+    /// interval.
     pub(crate) fn foretells(&mut self, worse: f64) {
         let free = self.parameters.values().filter(|p| p.1 > 0.0);
         if let Some(share) = Foretold::bound(worse).filter(|_| free.count() == 1) {
@@ -105,15 +107,15 @@ impl Fitted {
         }
     }
 
-    /// From now on the intervals hold the values of another answer, too.
+    /// Widens its intervals so that they include the values of another answer.
     pub(crate) fn hold(&mut self, other: &Self) {
         for (name, (value, _, _)) in &other.parameters {
             self.elsewhere.entry(name).or_default().push(*value);
         }
     }
 
-    /// 95 % interval of a parameter: it holds what the logs say without a remainder and beside one, as far as that foretells unseen
-    /// data, and what else may be there. 0 for one that it has not.
+    /// 95 % interval of a parameter. It covers the values without and beside a remainder, as far as unseen data allow them, and
+    /// the values of other answers that are not refuted. [0, 0] for a parameter that the effect has not.
     pub(crate) fn interval(&self, name: &str) -> [f64; 2] {
         let Some((value, sigma, _)) = self.parameters.get(name) else {
             return [0.0; 2];
@@ -133,7 +135,7 @@ impl Fitted {
 mod tests {
     use super::*;
 
-    /// 2 ± 0.1 N alone, 0.9 of it beside a remainder, 0.5 N beside another effect.
+    /// 2 ± 0.1 N alone, 0.9 times as much beside a remainder, 0.5 N beside another effect.
     #[test]
     fn an_interval_holds_what_other_answers_say() {
         let of = |value: f64| Fitted {
@@ -151,7 +153,7 @@ mod tests {
         fitted.hold(&of(0.5));
         assert_eq!(fitted.interval("force_n"), [0.5, 2.0 + reach]);
         assert_eq!(fitted.interval("smoothing_speed_m_s"), [0.0; 2]);
-        // Without it the error is 1.1 times as large: so it is with twice as much, too.
+        // Without the effect the error is 1.1 times as large, and so it is with twice its amount.
         let mut vague = of(2.0);
         vague.parameters.insert("force_n", (2.0, 3.0, "N"));
         vague.foretells(1.05);

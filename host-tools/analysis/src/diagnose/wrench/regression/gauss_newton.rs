@@ -1,4 +1,4 @@
-//! Steps of Gauss and Newton over everything of a hypothesis together, and the deviations that its slopes give.
+//! Gauss-Newton steps over all coefficients and shapes of a hypothesis together, and the standard deviations from their slopes.
 
 use super::hypothesis::Part;
 use super::problem::{Projected, Solution, solve, subtract};
@@ -9,9 +9,9 @@ use softdock_physics::model::load::effects::Sign;
 use std::collections::BTreeMap;
 
 impl Shaped<'_> {
-    /// Coefficients with which parts of which one acts on what the others load the sensor with do most
-    /// together, from `start`, in at most so many steps of Gauss and Newton, and what they then do. For an estimate
-    /// the columns are their slopes from there on; for screening, what each does alone is close to its slope. None if
+    /// Solves for all coefficients together where one part acts on the load that the others put on the sensor (a delay, a gain):
+    /// at most `steps` Gauss-Newton steps from `start`. Returns the solution and its whitened contribution. For an estimate the
+    /// columns are replaced by the slopes at each point; for screening the column of each part alone is close enough. `None` if
     /// no part acts on another.
     pub(crate) fn together(
         &mut self,
@@ -49,9 +49,9 @@ impl Shaped<'_> {
         Some((best, whole.column))
     }
 
-    /// Takes the slopes of the contribution for the columns of open coefficients.
+    /// Replaces the columns of open coefficients by the slopes of the whole contribution.
     fn set_slopes(&mut self, from: &Solution, shapes: &[Vec<f64>], whole: &Projected) {
-        /// Of a standard deviation.
+        /// Step of the difference quotient, in standard deviations.
         const STEP: f64 = 0.1;
         let mut at = 0;
         for i in 0..self.parts.len() {
@@ -75,7 +75,7 @@ impl Shaped<'_> {
         self.multiply();
     }
 
-    /// The next coefficients, from the slopes at these.
+    /// The coefficients after one Gauss-Newton step from `coefficients`.
     fn stepped(&self, coefficients: &[f64], whole: &Projected) -> Option<Solution> {
         let columns = self.columns()?;
         let open: Vec<usize> = (0..columns.len())
@@ -103,8 +103,7 @@ impl Shaped<'_> {
         Some(next)
     }
 
-    /// Derivatives of what the hypothesis contributes by its open coefficients, and by the logarithms of its shapes that
-    /// have a size.
+    /// Derivatives of the contribution with respect to the open coefficients and to the logarithms of shapes that have a size.
     fn slopes(&self, coefficients: &[f64], shapes: &[Vec<f64>]) -> Option<Slopes> {
         /// Relative step of the derivatives.
         const STEP: f64 = 0.02;
@@ -151,10 +150,10 @@ impl Shaped<'_> {
         })
     }
 
-    /// Moves all shapes that have a size together, by steps of Gauss and Newton, as long as χ² falls: those that do each
-    /// other's work are not found one after the other.
+    /// Moves all shapes that have a size together by Gauss-Newton steps as long as χ² falls: shapes that can replace each other
+    /// are not found one after the other.
     pub(crate) fn refine_together(&mut self, shapes: &mut [Vec<f64>]) {
-        /// An end for steps that hardly rise; each is kept only if χ² falls.
+        /// A limit for many steps with little gain; a step is kept only if χ² falls.
         const STEPS: usize = 8;
         let Some(mut gain) = self.solution().map(|best| best.gain) else {
             return;
@@ -171,10 +170,10 @@ impl Shaped<'_> {
         }
     }
 
-    /// One step; half or a quarter of it where the whole does not make χ² fall. The gain after it, none if no part of it
-    /// makes χ² fall.
+    /// One step, or half or a quarter of it if χ² does not fall with the whole. The gain after the step; `None` if χ² falls with
+    /// none of these, and the shapes are as before.
     fn step_together(&mut self, shapes: &mut [Vec<f64>], gain: f64) -> Option<f64> {
-        /// Largest step of a shape's logarithm.
+        /// Largest step of the logarithm of a shape.
         const LONGEST: f64 = 0.3;
         let now = self.solution()?;
         let slopes = self.slopes(&now.coefficients, shapes)?;
@@ -206,8 +205,8 @@ impl Shaped<'_> {
         None
     }
 
-    /// Standard deviations of the coefficients, and of the shapes that have a size by part and
-    /// place, all together. None if the logs do not determine them.
+    /// Standard deviations of all coefficients, and of all shapes that have a size, estimated together. `None` if the logs do not
+    /// determine them.
     pub(crate) fn deviations(
         &self,
         coefficients: &[f64],
@@ -226,10 +225,10 @@ impl Shaped<'_> {
     }
 }
 
-/// Derivatives of a hypothesis, and their covariance in units of their lengths.
+/// Derivatives of a hypothesis, and their covariance when each is scaled to unit length.
 struct Slopes {
     columns: Vec<Projected>,
-    /// Places of the coefficients, which come first.
+    /// Places of the open coefficients, whose columns come first.
     open: Vec<usize>,
     /// Part and place of each shape.
     places: Vec<(usize, usize)>,

@@ -1,4 +1,4 @@
-//! Products of columns with each other, which are most of what a search has to calculate.
+//! Inner products of columns, which are most of what a search has to calculate.
 
 use nalgebra::DMatrix;
 use ndarray::{Array2, Axis};
@@ -6,13 +6,12 @@ use rayon::prelude::*;
 use softdock_physics::model::load::Column;
 use std::borrow::Borrow;
 
-/// Rows that are multiplied at a time: a load that acts in a contact alone has blocks without any value.
+/// Rows that are multiplied at a time. Blocks in which a column is 0 are skipped, as of a load that acts in contacts only.
 const ROWS: usize = 256;
-/// Columns that are multiplied with all before them at a time; a product is the same either way round.
+/// Columns that are multiplied at a time, with all columns before them: the matrix is symmetric.
 const TILE: usize = 64;
 
-/// Products of columns with each other. The order of summation does not depend on the number of
-/// threads.
+/// Gram matrix of columns. The order of summation does not depend on the number of threads.
 pub(crate) fn gram(columns: &[impl Borrow<Column> + Sync]) -> DMatrix<f64> {
     let of_axis = |axis: usize| {
         let series = columns.iter().map(|c| c.borrow().0[axis].as_slice());
@@ -24,7 +23,7 @@ pub(crate) fn gram(columns: &[impl Borrow<Column> + Sync]) -> DMatrix<f64> {
     sum
 }
 
-/// Upper triangle of the products of series, of which some are empty.
+/// Upper triangle of the Gram matrix of the series of one axis, of which some are empty.
 fn gram_of(series: &[&[f64]]) -> DMatrix<f64> {
     let mut sums = DMatrix::zeros(series.len(), series.len());
     let rows = series.iter().map(|s| s.len()).max().unwrap_or(0);
@@ -47,7 +46,7 @@ fn gram_of(series: &[&[f64]]) -> DMatrix<f64> {
     sums
 }
 
-/// Product of two columns; an axis without values adds nothing.
+/// Inner product of two columns; an axis without values adds nothing.
 pub(crate) fn dot(a: &Column, b: &Column) -> f64 {
     let axes = a.0.iter().zip(&b.0);
     axes.map(|(a, b)| softdock_statistics::dot(a, b)).sum()

@@ -1,4 +1,4 @@
-//! The search for effects on the reading, alone and in pairs.
+//! Hypotheses of one, two or more effects on the reading: which columns of each effect are used, and the evidence of the whole.
 
 use super::problem::{Best, Solution, best_gain, solve};
 use super::variants::{Library, Variant};
@@ -8,16 +8,16 @@ use softdock_physics::effects::Effect;
 use softdock_physics::model::load::effects::Sign;
 use std::collections::BTreeMap;
 
-/// Gain in χ² that the first column of a separable effect has to bring.
+/// Gain in χ² that the first column of a separable effect (one with a column for each axis, say) has to bring.
 const WORTH_A_COLUMN: f64 = 25.0;
-/// The same for further columns: that the effect is there is known by then.
+/// The same for each further column, as the effect is known to be there by then.
 const WORTH_ONE_MORE: f64 = 14.0;
-/// A column of a detail has to keep this share that what it is a detail of does not imitate: a level by direction
-/// beside that of both which the model has, or a viscous difference beside a viscous friction.
+/// A column of a detail is used only if more than this share of its square cannot be imitated by the columns before it: a
+/// friction level by direction beside the common level of the model, or a viscous difference beside a viscous friction.
 const OWN: f64 = 0.05;
 /// Pairs that are kept.
 const KEPT: usize = 96;
-/// Hypotheses of the same effects, in other shapes, that are kept.
+/// Hypotheses of the same effects with other shapes that are kept.
 pub(crate) const ALIKE: usize = 2;
 
 /// One effect of a hypothesis: which variant, and which of its columns.
@@ -42,12 +42,12 @@ pub(crate) struct Hypothesis {
     pub parameters: usize,
 }
 
-/// Whether one of two effects contains or imitates the other.
+/// Whether two effects are the same, or of the same kind.
 fn is_redundant(one: &Effect, other: &Effect) -> bool {
     one == other || (one.kind.is_some() && one.kind == other.kind)
 }
 
-/// Whether what is used of an effect means anything beside the others and what the model has.
+/// Whether the used columns of an effect have a meaning beside the other parts and the effects of the model.
 fn is_whole(library: &Library, part: &Part, parts: &[Part]) -> bool {
     let effect = library.variants[part.variant].effect.effect;
     let there = |id: &str| {
@@ -57,8 +57,8 @@ fn is_whole(library: &Library, part: &Part, parts: &[Part]) -> bool {
     (effect.is_whole)(&part.used, &there) && !stands_twice(library, part, parts)
 }
 
-/// Whether another part is what this one is a detail of, in the coefficients that it uses: levels by direction beside that of both are a
-/// second dry friction, which turns round over a speed of its own.
+/// Whether this part is a detail of another part, in coefficients that it uses: friction levels by direction beside the common
+/// level would be a second dry friction, with a transition speed of its own.
 fn stands_twice(library: &Library, part: &Part, parts: &[Part]) -> bool {
     let id = |part: &Part| library.variants[part.variant].effect.id;
     let mut details = library.variants[part.variant]
@@ -86,7 +86,8 @@ fn flat(library: &Library, parts: &[Part]) -> (Vec<usize>, Vec<Sign>) {
     (columns, signs)
 }
 
-/// Evaluates parts; `price` is that of one parameter.
+/// Solves for the coefficients of parts. `price` is that of one parameter. `None` if a part has no meaning of its own, or the
+/// data do not determine the coefficients.
 pub(crate) fn evaluate(library: &Library, parts: Vec<Part>, price: f64) -> Option<Hypothesis> {
     if !parts.iter().all(|part| is_whole(library, part, &parts)) {
         return None;
@@ -100,7 +101,7 @@ pub(crate) fn evaluate(library: &Library, parts: Vec<Part>, price: f64) -> Optio
         let variant = &library.variants[part.variant];
         parameters += variant.scanned();
         if variant.effect.effect.separable {
-            // Choosing some of many columns is a choice that costs, too.
+            // To choose some of several columns costs evidence, too.
             selection += 2.0 * part.used.len() as f64 * (variant.columns.len() as f64).ln();
         }
     }
@@ -114,8 +115,8 @@ pub(crate) fn evaluate(library: &Library, parts: Vec<Part>, price: f64) -> Optio
     })
 }
 
-/// Columns of a separable variant that are worth having beside given columns: one that is common to all axes alone, or
-/// one for each. Beside a common gain that of an axis would be a deviation from it, which nobody reads as such.
+/// The columns of a separable variant that are worth their price beside given columns: either the one that is common to all axes
+/// alone, or one for each axis. Beside a common gain that of one axis would be a deviation from it, and nobody would read it so.
 fn grown(library: &Library, variant: &Variant, beside: &[usize], signs: &[Sign]) -> Vec<usize> {
     let coefficients = &variant.effect.coefficients;
     let common = |k: &usize| coefficients.get(*k).is_some_and(|c| c.common);
@@ -128,7 +129,7 @@ fn grown(library: &Library, variant: &Variant, beside: &[usize], signs: &[Sign])
     grown_from(&own, library, variant, beside, signs)
 }
 
-/// Those of `allowed` columns.
+/// The same, from `allowed` columns only, added one at a time.
 fn grown_from(
     allowed: &[usize],
     library: &Library,
@@ -147,8 +148,8 @@ fn grown_from(
         let detail = variant.effect.effect.is_detail();
         let forbidden = |s: &Best| s.wrong.iter().any(|k| *k >= beside.len());
         best_gain(&library.gram, &library.right, &columns, &all_signs)
-            // The opposite column gains the same with the sign that physics allows; and what is there
-            // without a column of a forbidden sign is there without it.
+            // For a detail a forbidden sign is refused, as the column of the other direction gains the same with a sign that
+            // physics allows. So is a further column of forbidden sign: the effect does without it.
             .filter(|s| !detail || s.own > OWN)
             .filter(|s| !(detail || used.len() > 1) || !forbidden(s))
             .map_or(f64::NEG_INFINITY, |s| s.gain)
@@ -184,7 +185,7 @@ fn worth(columns: usize) -> f64 {
     }
 }
 
-/// A variant as a part beside other parts.
+/// A variant as a part beside other parts, with the columns that are worth their price there; `None` if there are none.
 fn part(library: &Library, index: usize, beside: &[Part]) -> Option<Part> {
     let variant = &library.variants[index];
     let whole = |used: &Vec<usize>| {
@@ -197,7 +198,7 @@ fn part(library: &Library, index: usize, beside: &[Part]) -> Option<Part> {
     let used = if variant.effect.effect.separable {
         let (columns, signs) = flat(library, beside);
         let grown = grown(library, variant, &columns, &signs);
-        // A level that is not worth its price by itself may be what makes another one mean something.
+        // A column that is not worth its price may be what gives another one a meaning.
         let more = |k: usize| {
             let mut used = grown.clone();
             used.push(k);
@@ -218,7 +219,7 @@ fn part(library: &Library, index: usize, beside: &[Part]) -> Option<Part> {
     })
 }
 
-/// The best hypotheses that add one effect to given parts, best first.
+/// All hypotheses that add one effect to given parts, best first.
 pub(crate) fn with_one_more(library: &Library, beside: &[Part], price: f64) -> Vec<Hypothesis> {
     let taken = |index: usize| {
         let effect = |variant: usize| library.variants[variant].effect.effect;
@@ -241,7 +242,7 @@ pub(crate) fn with_one_more(library: &Library, beside: &[Part], price: f64) -> V
 /// The best pairs of different effects, best first; both are chosen together.
 pub(crate) fn pairs(library: &Library, price: f64) -> Vec<Hypothesis> {
     let count = library.variants.len();
-    // What is nothing alone may be something beside what it hides.
+    // An effect that explains nothing alone may do so beside another one that hides it.
     let whole = |variant: usize| Part {
         variant,
         used: (0..library.variants[variant].columns.len()).collect(),
@@ -272,7 +273,7 @@ pub(crate) fn pairs(library: &Library, price: f64) -> Vec<Hypothesis> {
         })
         .collect();
     best.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-    // An effect with many shapes takes no place of other pairs.
+    // An effect with many shapes must not crowd out other pairs.
     let mut counts: BTreeMap<Vec<&str>, usize> = BTreeMap::new();
     best.retain(|pair| {
         let count = counts.entry(ids(library, pair)).or_default();
@@ -293,8 +294,8 @@ pub(crate) fn ids(library: &Library, hypothesis: &Hypothesis) -> Vec<&'static st
     ids
 }
 
-/// A part with another effect beside it: a separable one is grown there, and the first then again, as what it needs may be other than
-/// what it needs alone.
+/// A pair of effects. The columns of a separable second effect are chosen beside the first one; those of a separable first effect
+/// are then chosen again, as beside the second other columns may be needed than alone.
 fn grown_pair(library: &Library, one: &Part, other: usize) -> Option<Vec<Part>> {
     let two = part(library, other, std::slice::from_ref(one))?;
     let one = match library.variants[one.variant].effect.effect.separable {

@@ -1,4 +1,4 @@
-//! The logs together, with one regression.
+//! All logs together in one regression.
 
 use super::fitted::Fitted;
 use super::gram;
@@ -17,43 +17,44 @@ use softdock_statistics::dot;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// χ² per value beyond the noise that is more than details of the form of an effect.
+/// χ² beyond the noise, per value, that is more than errors of an effect's form.
 const MUCH: f64 = 0.05;
 
-/// A smooth remainder as a search takes it: functions, each of which may take a little.
+/// A smooth remainder as the search uses it: functions whose amplitudes have Gaussian priors.
 #[derive(Clone, Debug)]
 pub(crate) struct Smooth {
-    /// For each log its functions, each times the standard deviation of its amplitude.
+    /// The functions of each log, each scaled by the prior standard deviation of its amplitude.
     pub functions: Vec<Vec<Column>>,
-    /// Axes on which they are.
+    /// Axes on which the remainder acts.
     pub axes: Vec<Axis>,
-    /// Values on these axes that count as one.
+    /// Number of values on these axes that count as one independent value.
     pub kappa: f64,
 }
 
-/// All logs with one regression.
+/// All logs with their common regression.
 pub(crate) struct Joint {
-    /// The logs; the first ones are those of the fit.
+    /// The logs; those of the fit come first.
     pub logs: Vec<PreparedLog>,
     /// Number of logs of the fit.
     pub fitted: usize,
     /// The regression of all.
     pub problem: Problem,
-    /// By how much χ² falls with the effects that the model has already: laws whose form may be as
-    /// wrong as those of effects that are looked for.
+    /// By how much χ² falls with the effects that the model has already. Their form may be as wrong as that of effects that are
+    /// looked for.
     pub known: f64,
-    /// By how much χ² would fall with a constant on each axis in place of all that, and beside the tolerances in place of what
-    /// is looked for: it has no form that could be wrong.
+    /// By how much χ² would fall with a constant on each axis: instead of the known effects, and, beside the nominal parameters
+    /// within their tolerances, instead of new effects. A constant has no form that could be wrong.
     levels: [f64; 2],
-    /// Tolerances that are not available: what they would have to take is a finding.
+    /// Indices of nominal parameters that are held at their values, because they would have to move further than their tolerances
+    /// allow.
     frozen: Vec<usize>,
-    /// A smooth remainder is among the tolerances.
+    /// A smooth remainder is among the columns of the tolerances.
     pub(crate) has_remainder: bool,
-    /// What the searches of the diagnosis have computed.
+    /// Fits and columns that the searches of this diagnosis have computed.
     pub(crate) memo: Arc<Memo>,
 }
 
-/// The highest point of a parabola through 0 at 0, of which the values at 1 and at -1 are given; 0 for one that has none.
+/// Maximum of the parabola through the origin that has the values `up` at 1 and `down` at -1; 0 if it has none.
 fn top(up: f64, down: f64) -> f64 {
     let (slope, bend) = (0.5 * (up - down), -(up + down));
     if bend > 0.0 {
@@ -64,7 +65,7 @@ fn top(up: f64, down: f64) -> f64 {
 }
 
 impl Joint {
-    /// The longest cycle, the largest usual speed, and the shortest duration.
+    /// The longest sampling period, the largest rms speed and the shortest duration of the logs.
     pub(crate) fn pace(&self) -> Pace {
         let most = |of: fn(&Scene) -> f64| {
             let each = self.logs.iter().map(|log| of(&log.scene));
@@ -81,7 +82,7 @@ impl Joint {
         }
     }
 
-    /// All logs together. `memo`: of all searches of the diagnosis.
+    /// Prepares the regression of all logs. `memo` is shared by all searches of the diagnosis.
     pub(crate) fn new(logs: Vec<PreparedLog>, fitted: usize, memo: &Arc<Memo>) -> Self {
         let problem = problem(&logs, &[], |_, _| true);
         let joint = Self {
@@ -105,15 +106,16 @@ impl Joint {
         }
     }
 
-    /// Squares of what a column leaves beside the tolerances as they are: uncertainties, which are among these, must not stand in
-    /// for what is uncertain.
+    /// Sum of squares that a whitened column leaves with all nominal parameters at their values: the uncertainties of the known
+    /// effects are among these, and must not stand in for the effects.
     fn squares(&self, white: &Column) -> f64 {
         let at_rest = DVector::zeros(self.all_tolerances());
         let rest = self.problem.rest(white, &at_rest);
         rest.0.iter().flatten().map(|r| r * r).sum()
     }
 
-    /// See [`Self::levels`]; `nothing`: what the known effects took, taken back, and `before`, what is left then.
+    /// Computes [`Self::levels`]. `nothing` is the whitened contribution that undoes the known effects, `before` the sum of
+    /// squares without them.
     fn levels_beside(&self, nothing: &Column, before: f64) -> [f64; 2] {
         let constant = |axis: &Axis| {
             let of = |log: &PreparedLog| {
@@ -147,7 +149,8 @@ impl Joint {
         ]
     }
 
-    /// From now on beside a smooth remainder, which may take what it likes as the tolerances may.
+    /// Adds a smooth remainder: its functions join the columns of the tolerances, with priors as these, and the noise on its axes
+    /// is raised.
     pub(crate) fn stand_beside(&mut self, smooth: &Smooth) {
         for (log, functions) in self.logs.iter_mut().zip(&smooth.functions) {
             log.tolerances.extend(functions.iter().cloned());
@@ -159,7 +162,7 @@ impl Joint {
         self.has_remainder = true;
     }
 
-    /// The opposite.
+    /// Removes the smooth remainder again.
     pub(crate) fn stand_alone(&mut self, smooth: &Smooth) {
         let kept = self.all_tolerances() - smooth.functions.first().map_or(0, Vec::len);
         for log in &mut self.logs {
@@ -173,8 +176,8 @@ impl Joint {
         self.has_remainder = false;
     }
 
-    /// By how much more of each log there is to explain than in another regression beside the same noise; None where the same
-    /// nominal parameters are held, or the noise is another one.
+    /// By how much χ² of each log, before any new effect, is larger than in another regression with the same noise. `None` where
+    /// both hold the same nominal parameters, or the noise differs.
     pub(crate) fn more_to_explain_than(&self, other: &Self) -> Option<Vec<f64>> {
         let held = |joint: &Self| joint.frozen.iter().copied().collect::<BTreeSet<usize>>();
         let noise = |joint: &Self| -> Vec<f64> {
@@ -190,7 +193,7 @@ impl Joint {
         Some(own.zip(others).map(|(own, other)| own - other).collect())
     }
 
-    /// A hypothesis with what it is worth in this regression as it is.
+    /// A hypothesis with its gain and evidence in this regression, its parameters unchanged.
     pub(crate) fn valued(&self, tested: Tested) -> Tested {
         let white = self.white_part(Some(&tested));
         let gains = self.problem.gains(&white);
@@ -204,8 +207,8 @@ impl Joint {
         }
     }
 
-    /// χ² that laws explain, with those that gain so much; beside a remainder, which holds the errors of their form,
-    /// nothing.
+    /// χ² that laws explain: the known effects, and new ones with this gain. 0 beside a remainder, which covers the errors of
+    /// their form.
     pub(crate) fn explained(&self, gain: f64) -> f64 {
         if self.has_remainder {
             return 0.0;
@@ -213,18 +216,19 @@ impl Joint {
         (self.known + gain - self.levels[0]).max(0.0)
     }
 
-    /// The same but for constants, which the tolerances of a zero take where nobody looks for them.
+    /// The same without what constants would explain, as the tolerance of a sensor's zero takes that where it is not looked for.
     pub(crate) fn explained_beyond_zeros(&self, gain: f64) -> f64 {
         let beyond = |gain: f64, level: f64| (gain - level).max(0.0);
         beyond(self.known, self.levels[0]) + beyond(gain, self.levels[1])
     }
 
-    /// What an effect has to bring beside others that gain so much.
+    /// Evidence that an effect needs beside others with this gain.
     pub(crate) fn threshold(&self, gain: f64) -> f64 {
         evidence::threshold(self.explained(gain))
     }
 
-    /// The same of an effect: of what swings freely the energy says what brakes, whatever the form of the law that stores it.
+    /// The same for one effect. In a free swing the energy shows what brakes, whatever the form of the law that stores it, so a
+    /// dissipative effect needs no more than without others.
     pub(crate) fn threshold_of(&self, id: &str, gain: f64) -> f64 {
         let model = self.logs.first().map(|log| &log.scene.model);
         let swings = model.filter(|model| model.sensor.wrench == WrenchMeaning::Free);
@@ -235,7 +239,7 @@ impl Joint {
         }
     }
 
-    /// The regression of some rows: `keeps` is asked for log and row.
+    /// The regression of those rows for which `keeps`, called with log and row, is true.
     pub(crate) fn of_rows(&self, keeps: impl Fn(usize, usize) -> bool) -> Problem {
         problem(&self.logs, &self.frozen, keeps)
     }
@@ -245,8 +249,8 @@ impl Joint {
         self.of_rows(|log, _| log < self.fitted)
     }
 
-    /// The regression of the first `logs`, without one of so many pieces of all their rows: what differs from log to log shows in
-    /// pieces that lie in one of them.
+    /// The regression of the first `logs` without one of `of` pieces of equal length into which all their rows are cut. A piece
+    /// mostly lies in one log, so differences between logs show as well.
     pub(crate) fn without(&self, piece: usize, of: usize, logs: usize) -> Problem {
         let counts = self.logs.iter().take(logs).map(|log| log.fresh.len());
         let counts: Vec<usize> = counts.collect();
@@ -257,7 +261,8 @@ impl Joint {
         self.of_rows(|log, n| log < logs && (before[log] + n) * of / rows != piece)
     }
 
-    /// Takes tolerances away that a hypothesis strains; returns whether there are any.
+    /// Holds nominal parameters at their values that would have to move too far beside a hypothesis. Returns whether there are
+    /// any.
     pub(crate) fn freeze_strained(&mut self, tested: Option<&Tested>) -> bool {
         let taken = self.problem.tolerances_with(&self.white_part(tested));
         let open: Vec<usize> = self.open_tolerances().collect();
@@ -276,20 +281,21 @@ impl Joint {
         self.logs.first().map_or(0, |log| log.tolerances.len())
     }
 
-    /// Which of them may move within it.
+    /// Indices of those that may move within their tolerance.
     pub(crate) fn open_tolerances(&self) -> impl Iterator<Item = usize> {
         (0..self.all_tolerances()).filter(|i| !self.frozen.contains(i))
     }
 
-    /// Nominal parameters beside a hypothesis: value and standard deviation, and by how many tolerances
-    /// it is off. Those that the logs say nothing about are left out, and those that an effect of the hypothesis stands for:
-    /// its amounts are estimated with them, as are those of the `earlier` effects, which the residual is already without.
+    /// Nominal parameters beside a hypothesis: name, value, standard deviation, and by how many tolerances the value is off.
+    /// Parameters of which the logs say nothing are left out. The amounts of the hypothesis, and of the `earlier` effects that
+    /// the residual is already without, are estimated together with them, so that a parameter for which an effect stands is left
+    /// out, too.
     pub(crate) fn nominal(
         &self,
         earlier: &[Fitted],
         tested: Option<&Tested>,
     ) -> Vec<(String, f64, f64, f64)> {
-        /// Share of a tolerance that the logs have to take away to say something.
+        /// By this share the logs have to reduce the standard deviation of a parameter to say something of it.
         const SAYS: f64 = 0.05;
         let Some(first) = self.logs.first() else {
             return Vec::new();
@@ -322,7 +328,7 @@ impl Joint {
         each.collect()
     }
 
-    /// What a hypothesis contributes to each log.
+    /// What a hypothesis contributes to the reading of each log.
     pub(crate) fn parts(&self, tested: Option<&Tested>) -> Vec<Column> {
         let of = |log: &PreparedLog| tested.map(|t| t.contribution(&log.scene));
         self.logs
@@ -331,13 +337,13 @@ impl Joint {
             .collect()
     }
 
-    /// Root mean square of what a hypothesis leaves of the logs that no fit has seen, of all if there are none, in units of
-    /// the data sheet's noise.
+    /// Rms error of a hypothesis on the logs that no fit has seen (on all logs if there are none), in units of the data sheet's
+    /// noise.
     pub(crate) fn error_on_unseen(&self, tested: &Tested) -> f64 {
         self.errors(tested)[1]
     }
 
-    /// The same of the logs of the fit, and of those that no fit has seen.
+    /// The same error on the logs of the fit, and on those that no fit has seen.
     pub(crate) fn errors(&self, tested: &Tested) -> [f64; 2] {
         let first = if self.fitted < self.logs.len() {
             self.fitted
@@ -366,8 +372,8 @@ impl Joint {
         ]
     }
 
-    /// Says so of an effect whose error of form would be as large as all that was measured and all that the model lacks: others
-    /// would have to cancel it more exactly than their laws hold.
+    /// A message if an effect is so large that errors of its form alone would be as large as the reading, or as what the model
+    /// lacks of it: other effects would have to cancel it more exactly than laws hold.
     pub(crate) fn oversized(&self, effect: &Fitted) -> Option<String> {
         let power = |log: &PreparedLog, of: &Column| -> f64 {
             let axes = of.0.iter().zip(log.sheet_sigma);
@@ -384,7 +390,7 @@ impl Joint {
             reading.add(&log.scene.reading.0);
             there += f64::max(power(log, &reading), power(log, &log.residual));
         }
-        /// Beyond so many times the reading an amount is none that anybody would estimate.
+        /// Beyond so many times the reading an amount is no estimate.
         const OPEN: f64 = 1e3;
         let times = (own / there).sqrt();
         let times = match times > OPEN {
@@ -399,23 +405,23 @@ impl Joint {
         self.problem.whitened(&parts.iter().collect::<Vec<_>>())
     }
 
-    /// Sum of squares of what a hypothesis leaves of all readings, with nominal parameters as they are; of one axis, as forces and
-    /// torques have different units.
+    /// Sum of squares of what a hypothesis leaves of all readings, nominal parameters at their values. To be used where one axis
+    /// is recorded, as forces and torques have different units.
     pub(crate) fn squares_left(&self, tested: &Tested) -> f64 {
         let rests = self.rests(Some(tested), &[]);
         let all = rests.iter().flat_map(|rest| &rest.exact.0).flatten();
         all.map(|left| left * left).sum()
     }
 
-    /// What one effect of a hypothesis contributes, in units of the noise.
+    /// What one effect of a hypothesis contributes to all logs, whitened.
     pub(crate) fn white_part_of(&self, tested: &Tested, one: &Fitted) -> Column {
         let logs = self.logs.iter();
         let parts: Vec<Column> = logs.map(|log| tested.part(&log.scene, one)).collect();
         self.problem.whitened(&parts.iter().collect::<Vec<_>>())
     }
 
-    /// What a hypothesis and the tolerances leave of each log, in units of the noise; and what they
-    /// leave of its readings, with the tolerances spent and without.
+    /// What a hypothesis and a smooth remainder leave of each log: whitened, and of the readings with the nominal parameters
+    /// fitted and without.
     pub(crate) fn rests(&self, tested: Option<&Tested>, smooth: &[Column]) -> Vec<Rest> {
         let mut parts = self.parts(tested);
         for (part, smooth) in parts.iter_mut().zip(smooth) {
@@ -441,8 +447,8 @@ impl Joint {
         self.logs.iter().zip(&parts).enumerate().map(of).collect()
     }
 
-    /// Columns of an effect at some places over all logs, in units of the noise of a regression of them; None where
-    /// no log has anything for it to act on. `around`: coefficients around which they are taken.
+    /// Columns of an effect at some of its coefficients over all logs, whitened by `problem`. `around`: coefficients around which
+    /// the effect is linearised. `None` where no log has anything for it to act on.
     pub(crate) fn columns(
         &self,
         problem: &Problem,
@@ -472,13 +478,14 @@ impl Joint {
         Some((0..places.len()).map(column).collect())
     }
 
-    /// Whether readings come in steps.
+    /// Whether readings of any log are visibly rounded.
     pub(crate) fn is_rounded(&self) -> bool {
         let mut half_steps = self.logs.iter().flat_map(|log| log.half_step);
         half_steps.any(|half| half > 0.0)
     }
 
-    /// Fall of the squared distance to the intervals of rounded readings.
+    /// By how much an effect reduces the squared distance of predictions from the intervals of rounded readings, see
+    /// [`PreparedLog::gain_beyond_rounding`]; infinite without rounding.
     pub(crate) fn gain_beyond_rounding(&self, tested: &Tested) -> f64 {
         if !self.is_rounded() {
             return f64::INFINITY;
@@ -486,12 +493,13 @@ impl Joint {
         let parts = self.parts(Some(tested));
         let both = self.logs.iter().zip(&parts);
         let each = both.map(|(log, part)| log.gain_beyond_rounding(part));
-        // What is beyond the rounding on one log alone is not an effect.
+        // The smallest gain of a log counts for all: what goes beyond the rounding on one log alone is no effect.
         self.logs.len() as f64 * each.fold(f64::INFINITY, f64::min)
     }
 
-    /// For each effect the largest gain in χ² of an amount of its own for one of the logs, and the gain of its common amount beside
-    /// the other effects, as if that log and all others weighed the same: of a log that weighs little, an own amount gains little.
+    /// For each effect: the largest gain in χ² if one log gets an amount of its own, and the gain of the common amount beside the
+    /// other effects. The latter is scaled as if that log and all others weighed the same, as an own amount of a log with little
+    /// weight gains little.
     pub(crate) fn contrasts(&self, tested: &Tested) -> Vec<[f64; 2]> {
         let effects = tested.effects.iter();
         let parts: Vec<Column> = effects.map(|one| self.white_part_of(tested, one)).collect();
@@ -523,24 +531,24 @@ impl Joint {
         (0..parts.len()).map(of).collect()
     }
 
-    /// χ² that is left beyond the number of values when it has fallen by this gain.
+    /// χ² beyond the number of values that is left after a fall by `gain`.
     pub(crate) fn left(&self, gain: f64) -> f64 {
         self.problem.chi2 - gain - self.problem.count as f64
     }
 
-    /// Whether that is more than details of the form of an effect.
+    /// Whether more is left than errors of an effect's form; always so beside a remainder.
     pub(crate) fn has_much_left(&self, gain: f64) -> bool {
         self.has_remainder || self.left(gain) > MUCH * self.problem.count as f64
     }
 }
 
-/// What is left of a log.
+/// What is left of one log.
 pub(crate) struct Rest {
-    /// In units of the noise.
+    /// Whitened.
     pub white: Column,
-    /// Of the readings, with the tolerances spent.
+    /// Of the readings, with the nominal parameters fitted within their tolerances.
     pub raw: Column,
-    /// The same with exact nominal parameters.
+    /// Of the readings, with the nominal parameters at their values.
     pub exact: Column,
 }
 
@@ -565,7 +573,7 @@ fn problem(
     let tolerances: Vec<Vec<Column>> = logs.iter().map(open).collect();
     let tolerances: Vec<&[Column]> = tolerances.iter().map(|t| &t[..]).collect();
     let mut problem = Problem::new(segments, &residuals, &tolerances);
-    // A low-pass leaves two values per period of its cutoff.
+    // A reading behind a low-pass has two independent values per period of the cutoff.
     let share = logs.first().map_or(1.0, |log| {
         let filter = log.scene.model.sensor.filter;
         filter.map_or(1.0, |f| (2.0 * f.cutoff_hz * log.scene.cycle_s).min(1.0))

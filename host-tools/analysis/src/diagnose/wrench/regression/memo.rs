@@ -1,27 +1,28 @@
-//! What the searches of one diagnosis have computed before: they come upon the same hypotheses, and the same columns, again and again.
+//! Results that the searches of one diagnosis have computed before: the same hypotheses and columns come up again and again.
 
 use super::problem::Projected;
 use super::tested::Tested;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Values that a generation of columns holds at most, 16 MB: a search comes back to the same ones soon.
+/// Values that one generation of columns holds at most, 16 MB. A column that is needed again is needed soon.
 const MOST_VALUES: usize = 2 << 20;
 
-/// All that a result follows from, the logs by what is left of them in every bit: those of another problem agree in none of it.
+/// All on which a result depends. The logs enter by the bits of what is left of them, which no other problem shares.
 pub(crate) type Key = Vec<u64>;
 
-/// Columns of an effect; none where it has nothing to act on.
+/// Whitened columns of an effect; `None` where it has nothing to act on.
 pub(crate) type Built = Option<Arc<[Projected]>>;
 
-/// Of one diagnosis.
+/// The memo of one diagnosis.
 #[derive(Default)]
 pub(crate) struct Memo {
     fits: Mutex<HashMap<Key, Tested>>,
     columns: Mutex<Generations>,
 }
 
-/// Columns that were asked for lately, and those of before, which are dropped when the former are too many.
+/// Columns that were asked for lately (`young`), and those of the generation before (`old`), which are dropped when `young` is
+/// full.
 #[derive(Default)]
 struct Generations {
     young: HashMap<Key, Built>,

@@ -18,12 +18,12 @@ use softdock_physics::model::prediction::differences::{
     acceleration_of_means, acceleration_of_samples, velocity_of_means,
 };
 
-/// Cycles of the moving average on either side of the one in question.
+/// Cycles on either side over which the moving average of the pose difference extends.
 const POSE_REACH: usize = 6;
-/// The same for velocities, where the actuator is not understood.
+/// The same for velocities, where the simulated actuator is not trusted.
 const VELOCITY_REACH: usize = 2;
 
-/// Motion and nominal reading of a log. `trusted`: the terms explain the executed velocity.
+/// Motion and nominal reading of a log. `trusted`: the actuator terms explain the executed velocity, and it is not corrected.
 pub(crate) fn scene(
     model: &Model,
     log: &Log,
@@ -53,7 +53,7 @@ pub(crate) fn scene(
         &log.began,
     );
     let mut scene = scene.with_sensor(log.measured());
-    // What the model knows beyond its nominal load is no news.
+    // Effects that the model has already are part of the nominal reading.
     add_known(&mut scene, &model.effects, &LoadOfEach::default());
     scene
 }
@@ -65,8 +65,8 @@ fn still() -> Motion<f64> {
     }
 }
 
-/// The motion as the prediction takes it from the recorded velocities. The first mean velocity of a
-/// stretch is not one.
+/// The motion from the recorded velocities, differentiated as the prediction does it. The first row of a stretch holds no mean
+/// velocity and is not used.
 fn measured(log: &Log) -> Vec<Motion<f64>> {
     let first = usize::from(log.reading == Reading::Mean);
     let executed = |n: usize| {
@@ -141,7 +141,7 @@ fn simulated(
     (integrated(log, &mean, timing), motion)
 }
 
-/// Velocities of rates of the robot's axes.
+/// Turns rates of the robot's axes into velocities.
 fn turned(log: &Log, rates: [Vec<f64>; 6]) -> [Vec<f64>; 6] {
     let mut velocities = rates;
     for n in 0..log.cycle_count() {
@@ -153,7 +153,7 @@ fn turned(log: &Log, rates: [Vec<f64>; 6]) -> [Vec<f64>; 6] {
     velocities
 }
 
-/// The integral of a velocity, kept at the measured pose.
+/// Poses as the integral of a velocity, kept at the measured pose by a moving average of the difference.
 fn integrated(log: &Log, mean: &[Vec<f64>; 6], timing: &Timing<'_>) -> Vec<Pose<f64>> {
     let mut path: Vec<Pose<f64>> = Vec::with_capacity(log.cycle_count());
     let mut now = log.pose[0];

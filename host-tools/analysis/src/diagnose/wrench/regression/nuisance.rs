@@ -35,7 +35,7 @@ impl Nuisance {
     }
 }
 
-/// All nominal parameters with a tolerance on which a reading can depend.
+/// All nominal parameters with a tolerance on which a reading can depend. Their order is that of the columns.
 pub(crate) fn all(model: &Model) -> Vec<Nuisance> {
     let mut all = of_walls(model);
     all.extend(of_guide(model));
@@ -173,8 +173,9 @@ fn of_tool_and_sensor(model: &Model) -> Vec<Nuisance> {
     all
 }
 
-/// Change of the reading for one tolerance of each nominal parameter, then for one standard deviation
-/// of each fitted one. A parameter without any effect on this log may have one on another.
+/// Columns of the nuisance parameters: the change of the reading for one tolerance of each nominal parameter, then for one
+/// standard deviation of each fitted coefficient. A column that is 0 on this log stays, as the parameter may have an effect on
+/// another.
 pub(crate) fn columns(model: &Model, scene: &Scene) -> Vec<Column> {
     let nominal = all(model);
     let of = |nuisance: &Nuisance| {
@@ -192,7 +193,7 @@ fn guide_of(model: &mut Model, change: impl Fn(&mut softdock_physics::model::Gui
     }
 }
 
-/// Fitted coefficients of effects that the model has already may move within their intervals.
+/// Columns of fitted coefficients of effects that the model has already: they may move within their intervals.
 fn added_effects(model: &Model, scene: &Scene) -> Vec<Column> {
     let mut all = Vec::new();
     for added in &model.effects {

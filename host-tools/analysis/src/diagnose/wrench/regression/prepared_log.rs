@@ -19,24 +19,24 @@ pub(crate) struct PreparedLog {
     pub fresh: Vec<bool>,
     /// Autoregressive noise model of each axis.
     pub noise_model: [AutoregressiveNoise; 6],
-    /// Change of the reading for one tolerance of each parameter.
+    /// Change of the reading for one tolerance of each nuisance parameter.
     pub tolerances: Vec<Column>,
-    /// Noise by data sheet, with what the rounding of the readings adds.
+    /// Noise by data sheet, N or N·m, including the rounding of the readings.
     pub sheet_sigma: [f64; 6],
-    /// Half of a step of the readings, where they are visibly rounded.
+    /// Half a step of the readings, N or N·m; 0 where they are not visibly rounded.
     pub half_step: [f64; 6],
-    /// Its poses are the integral of its velocities: where a rig stands nobody has measured.
+    /// Its poses are the integral of its velocities: nobody has measured where the rig stands.
     pub has_own_origin: bool,
 }
 
 impl PreparedLog {
-    /// Mean time from one row that counts to the next, s: a sensor may be slower than the log.
+    /// Mean time between rows that count, s. It is longer than the sampling period where the sensor is slower than the log.
     pub(crate) fn counted_cycle_s(&self) -> f64 {
         let counted = self.fresh.iter().filter(|fresh| **fresh).count();
         self.scene.cycle_s * self.fresh.len() as f64 / counted.max(1) as f64
     }
 
-    /// Prepares a log.
+    /// Computes residual, noise and tolerance columns of a log.
     pub(crate) fn new(model: &Model, log: &Log, scene: Scene, sampling: &mut Sampling) -> Self {
         let measured = log.measured();
         let mut residual = Column::of(log.cycle_count(), |n| {
@@ -72,7 +72,7 @@ impl PreparedLog {
             if model.sensor.at_rest || series.is_empty() {
                 return AutoregressiveNoise::white(sheet[axis]);
             }
-            // What does not count has no noise, not one of 0.
+            // Rows that do not count are missing values, not values of 0.
             let counted = series.iter().zip(&fresh);
             let counted = counted.map(|(value, fresh)| if *fresh { *value } else { f64::NAN });
             let mut counted: Vec<f64> = counted.collect();
@@ -100,9 +100,8 @@ impl PreparedLog {
         }
     }
 
-    /// Fall of Σ (distance to the interval that a rounded reading stands for)², in σ²; an effect
-    /// that only moves predictions inside of these intervals has no evidence. Without rounding the
-    /// question does not arise.
+    /// Fall of Σ (distance to the interval that a rounded reading stands for)², in σ². An effect that only moves predictions
+    /// within these intervals has no evidence. Infinite without rounding.
     pub(crate) fn gain_beyond_rounding(&self, contribution: &Column) -> f64 {
         if self.half_step.iter().all(|h| *h <= 0.0) {
             return f64::INFINITY;
@@ -120,7 +119,7 @@ impl PreparedLog {
     }
 }
 
-/// Rows that count but for those whose whitened residual mixes in one that does not.
+/// Rows that count and whose whitened residual uses only rows that count: the filter reaches [`ORDER`] rows back.
 fn after_gaps(fresh: &[bool]) -> Vec<bool> {
     let whole = |n: usize| {
         fresh[n.saturating_sub(ORDER)..=n]
@@ -130,14 +129,14 @@ fn after_gaps(fresh: &[bool]) -> Vec<bool> {
     (0..fresh.len()).map(whole).collect()
 }
 
-/// Whether most of the rows that count have one before them that does not, as where a sensor is slower than the log: each is then
-/// taken by itself, with white noise.
+/// Whether most rows that count follow one that does not, as where a sensor is slower than the log. Each row is then taken by
+/// itself, with white noise.
 fn is_sparse(fresh: &[bool]) -> bool {
     let count = |rows: &[bool]| rows.iter().filter(|fresh| **fresh).count();
     2 * count(&after_gaps(fresh)) < count(fresh)
 }
 
-/// Noise of the six readings by data sheet.
+/// Noise of the six readings by data sheet, N and N·m.
 pub(crate) fn sheet_sigma(model: &Model) -> [f64; 6] {
     let (force, torque) = (model.noise.force_n, model.noise.torque_n_m);
     [force, force, force, torque, torque, torque]
@@ -147,7 +146,7 @@ pub(crate) fn sheet_sigma(model: &Model) -> [f64; 6] {
 mod tests {
     use super::*;
 
-    /// Of a sensor at half the rate no row has the rows before it that whitening takes: each counts by itself.
+    /// With a sensor at half the rate no row has the predecessors that whitening needs, so each counts by itself.
     #[test]
     fn readings_of_a_slow_sensor_are_taken_one_by_one() {
         let every = |kept: fn(usize) -> bool| -> Vec<bool> { (0..1000).map(kept).collect() };

@@ -1,5 +1,5 @@
-//! The regression of all logs together: whitened residual, tolerances, and what further columns
-//! would gain.
+//! The linear regression of all logs together: whitened residual, nuisance parameters with priors, and the gain of further
+//! columns.
 
 use super::gram::{dot, gram};
 use crate::diagnose::noise::autoregressive::AutoregressiveNoise;
@@ -9,10 +9,10 @@ use softdock_physics::model::load::Column;
 use softdock_physics::model::load::effects::Sign;
 use std::borrow::Borrow;
 
-/// A column of which tolerances and other columns leave less than this is not determined.
+/// A column is not determined if other columns leave less than this share of its square.
 const LEFT: f64 = 1e-6;
 
-/// One log's part of a regression: its noise, and its rows that count.
+/// The part of one log in a regression: its noise, and its rows that count.
 #[derive(Clone)]
 pub(crate) struct Segment {
     /// Autoregressive noise model of each axis.
@@ -21,21 +21,21 @@ pub(crate) struct Segment {
     pub fresh: Vec<bool>,
 }
 
-/// What is left of the logs after the nominal model, with the tolerances taken into account. The
-/// logs stand one behind the other in each series.
+/// The regression of what the nominal model leaves of the logs, with the nuisance parameters (nominal values within tolerances)
+/// marginalised. In each series the logs follow one another.
 pub(crate) struct Problem {
     segments: Vec<Segment>,
     residual: Column,
     tolerances: Vec<Column>,
-    /// Cholesky factor of the normal matrix of the tolerances with their priors.
+    /// Cholesky factor L of the normal matrix of the nuisance parameters, priors included.
     factor: DMatrix<f64>,
-    /// Factor⁻¹ times products of tolerances and residual.
+    /// L⁻¹ times the products of the nuisance columns with the residual.
     spent: DVector<f64>,
-    /// χ² with the tolerances spent.
+    /// χ² with the nuisance parameters at their best, their priors included.
     pub chi2: f64,
-    /// The same of each log.
+    /// The same for each log.
     pub chi2_of_logs: Vec<f64>,
-    /// Number of axes that were recorded: one that reads 0 throughout has no noise to speak of.
+    /// Number of axes that were recorded. One that reads 0 throughout has no noise and is not among these.
     pub axes: usize,
     /// Number of values that count.
     pub count: usize,
@@ -55,8 +55,7 @@ pub(crate) struct Solution {
 }
 
 impl Problem {
-    /// From the residual (measured minus nominal) and the tolerances, one column per one tolerance,
-    /// of each log.
+    /// From residual (measured minus nominal) and nuisance columns, each for one tolerance, of each log.
     pub(crate) fn new(
         segments: Vec<Segment>,
         residuals: &[&Column],
@@ -86,7 +85,7 @@ impl Problem {
             })
             .collect();
         let products = problem.all_products(&[] as &[Column]);
-        // One tolerance each is the prior.
+        // The prior of each nuisance parameter has unit variance, in units of its tolerance.
         let normal = products.view((0, 0), (size, size)) + DMatrix::identity(size, size);
         // A sum of a unit matrix and a Gram matrix is positive definite.
         problem.factor = normal
@@ -99,7 +98,7 @@ impl Problem {
         problem
     }
 
-    /// What is left of the logs, beside what, and how much of it each of them has: equal in every bit for the same problem.
+    /// Numbers that identify the problem: equal in every bit for the same logs, rows and nuisance parameters.
     pub(crate) fn fingerprint(&self) -> impl Iterator<Item = u64> + '_ {
         let counts = [self.count, self.tolerances.len()].map(|count| count as u64);
         let spent = self.spent.iter();
@@ -115,14 +114,14 @@ impl Problem {
             .unwrap_or_else(|| right.clone())
     }
 
-    /// Columns of each log as one, in units of the noise.
+    /// Joins the columns of the logs into one and whitens it. Rows that do not count are 0.
     pub(crate) fn whitened(&self, columns: &[&Column]) -> Column {
         let mut out = Column::default();
         for (axis, out) in out.0.iter_mut().enumerate() {
             if columns.iter().all(|c| c.0[axis].is_empty()) {
                 continue;
             }
-            // A library holds hundreds of them.
+            // A library holds hundreds of these columns, so no memory is reserved in excess.
             out.reserve_exact(self.segments.iter().map(|s| s.fresh.len()).sum());
             for (segment, column) in self.segments.iter().zip(columns) {
                 let series = &column.0[axis];
@@ -138,12 +137,12 @@ impl Problem {
         out
     }
 
-    /// Whether rows of a log count.
+    /// Whether any row of a log counts.
     pub(crate) fn counts(&self, log: usize) -> bool {
         self.segments[log].fresh.contains(&true)
     }
 
-    /// The rows of one log in a column of all.
+    /// The rows of one log, out of a column of all logs.
     pub(crate) fn part(&self, column: &Column, log: usize) -> Column {
         let lengths = self.segments.iter().map(|s| s.fresh.len());
         let from: usize = lengths.take(log).sum();
@@ -154,7 +153,7 @@ impl Problem {
         }))
     }
 
-    /// A column of all logs without the rows of all but one.
+    /// A column of all logs, with the rows of all logs but one set to 0.
     pub(crate) fn masked(&self, column: &Column, log: usize) -> Column {
         let lengths = self.segments.iter().map(|s| s.fresh.len());
         let from: usize = lengths.take(log).sum();
@@ -167,8 +166,7 @@ impl Problem {
         masked
     }
 
-    /// Products of the tolerances, of whitened columns and of the residual with each other, in this
-    /// order.
+    /// Gram matrix of the nuisance columns, the given whitened columns and the residual, in this order.
     pub(crate) fn all_products(&self, columns: &[impl Borrow<Column> + Sync]) -> DMatrix<f64> {
         let columns = columns.iter().map(Borrow::borrow);
         let all = self.tolerances.iter().chain(columns);
@@ -176,7 +174,7 @@ impl Problem {
         gram(&all)
     }
 
-    /// The same with more columns behind those of which `known` are the products.
+    /// The same with further columns, where `known` is the matrix with the first ones.
     pub(crate) fn more_products(&self, known: &DMatrix<f64>, columns: &[Column]) -> DMatrix<f64> {
         let old = known.nrows() - 1;
         let all = self
@@ -208,8 +206,8 @@ impl Problem {
         products
     }
 
-    /// Products of columns with each other and with the residual, after the tolerances have taken
-    /// what they can, from [`Self::all_products`].
+    /// Products of columns with each other and with the residual, after elimination of the nuisance parameters, from
+    /// [`Self::all_products`].
     pub(crate) fn after_tolerances(&self, all: &DMatrix<f64>) -> (DMatrix<f64>, DVector<f64>) {
         let first = self.tolerances.len();
         let size = all.nrows() - first - 1;
@@ -226,8 +224,8 @@ impl Problem {
         )
     }
 
-    /// How many nominal parameters the logs determine rather than their tolerances: the trace of what
-    /// they add to the knowledge of each.
+    /// Effective number of nuisance parameters that the logs determine rather than their priors: the trace of prior minus
+    /// posterior covariance.
     pub(crate) fn informed(&self) -> f64 {
         let size = self.factor.nrows();
         let below = self
@@ -237,10 +235,10 @@ impl Problem {
         size as f64 - kept
     }
 
-    /// Mean and standard deviation of each tolerance after the logs, in tolerances, beside a contribution, and where of each of
-    /// some columns there may be more or less. All in units of the noise.
+    /// Posterior mean and standard deviation of each nuisance parameter, in tolerances, beside a given contribution. The
+    /// amplitudes of `columns` are free. All columns are whitened.
     pub(crate) fn tolerances_beside(&self, white: &Column, columns: &[Column]) -> Vec<[f64; 2]> {
-        /// Share of a column's square that keeps the sum definite where columns are the same.
+        /// Share of a column's square that keeps the normal matrix definite where columns are equal.
         const RIDGE: f64 = 1e-9;
         let size = self.tolerances.len();
         let left = self.less(white);
@@ -264,7 +262,7 @@ impl Problem {
         (0..size).map(of).collect()
     }
 
-    /// A column with its products with the tolerances and the residual.
+    /// A whitened column with its products with the nuisance columns and the residual.
     pub(crate) fn projected<C: Borrow<Column>>(&self, column: C) -> Projected<C> {
         let products = self.tolerances.iter();
         let products = products.map(|tolerance| dot(tolerance, column.borrow()));
@@ -276,7 +274,7 @@ impl Problem {
         }
     }
 
-    /// Best coefficients of columns in units of the noise.
+    /// Best coefficients of whitened columns. `None` if the data do not determine them.
     pub(crate) fn solve_whitened(
         &self,
         white: &[impl Borrow<Column>],
@@ -288,23 +286,23 @@ impl Problem {
         solve(&products(&columns), &right, &all, signs)
     }
 
-    /// By how much χ² falls with a given contribution, in units of the noise.
+    /// By how much χ² falls with a given whitened contribution, the nuisance parameters at their best.
     pub(crate) fn gain_of(&self, white: &Column) -> f64 {
         self.projected(white).gain()
     }
 
-    /// By how much a contribution, in units of the noise, lets χ² of each log fall, with what the
-    /// tolerances no longer have to take.
+    /// By how much χ² of each log falls with a whitened contribution, including what the nuisance parameters no longer have to
+    /// explain.
     pub(crate) fn gains(&self, white: &Column) -> Vec<f64> {
         let both = self.chi2_of_logs.iter().zip(self.chi2_with(white));
         both.map(|(before, after)| before - after).collect()
     }
 
-    /// χ² of each log with a contribution.
+    /// χ² of each log with a whitened contribution.
     fn chi2_with(&self, white: &Column) -> Vec<f64> {
         let taken = self.tolerances_with(white);
         let rest = self.rest(white, &taken);
-        // What the tolerances cost is of no log more than of another.
+        // The cost of the priors is shared equally by the logs.
         let shared = taken.norm_squared() / self.segments.len().max(1) as f64;
         let of = |log: usize| {
             let part = self.part(&rest, log);
@@ -313,7 +311,7 @@ impl Problem {
         (0..self.segments.len()).map(of).collect()
     }
 
-    /// What a contribution, in units of the noise, and the tolerances leave.
+    /// What a whitened contribution and given values of the nuisance parameters leave of the residual.
     pub(crate) fn rest(&self, white: &Column, taken: &DVector<f64>) -> Column {
         let mut left = self.less(white);
         for (column, taken) in self.tolerances.iter().zip(taken) {
@@ -328,8 +326,7 @@ impl Problem {
         left
     }
 
-    /// What the tolerances take, in units of one tolerance each, beside a contribution in units of
-    /// the noise.
+    /// Best values of the nuisance parameters, in tolerances, beside a whitened contribution.
     pub(crate) fn tolerances_with(&self, white: &Column) -> DVector<f64> {
         let left = self.less(white);
         let products = DVector::from_fn(self.tolerances.len(), |i, _| {
@@ -343,30 +340,30 @@ impl Problem {
     }
 }
 
-/// A column in units of the noise, with what the tolerances can take of it.
+/// A whitened column with its projection on the nuisance columns.
 #[derive(Clone)]
 pub(crate) struct Projected<C = Column> {
     /// The column.
     pub column: C,
-    /// Its products with the tolerances, in units in which these are independent.
+    /// L⁻¹ times its products with the nuisance columns.
     against: DVector<f64>,
-    /// Its product with the residual, after the tolerances.
+    /// Its product with the residual, after elimination of the nuisance parameters.
     pub right: f64,
 }
 
 impl<C: Borrow<Column>> Projected<C> {
-    /// Product with another one, after the tolerances.
+    /// Product with another column, after elimination of the nuisance parameters.
     pub(crate) fn product(&self, other: &Self) -> f64 {
         dot(self.column.borrow(), other.column.borrow()) - self.against.dot(&other.against)
     }
 
-    /// By how much χ² falls with it as it is.
+    /// By how much χ² falls with this column at a coefficient of 1.
     pub(crate) fn gain(&self) -> f64 {
         2.0 * self.right - self.product(self)
     }
 }
 
-/// Products of columns with each other, after the tolerances.
+/// Products of columns with each other, after elimination of the nuisance parameters.
 pub(crate) fn products<C: Borrow<Column>>(columns: &[impl Borrow<Projected<C>>]) -> DMatrix<f64> {
     let mut products = DMatrix::zeros(columns.len(), columns.len());
     for (i, one) in columns.iter().enumerate() {
@@ -378,7 +375,7 @@ pub(crate) fn products<C: Borrow<Column>>(columns: &[impl Borrow<Projected<C>>])
     products
 }
 
-/// Best coefficients of some columns of products; None if the data does not determine them.
+/// Best coefficients of the `chosen` columns of a Gram matrix; `None` if the data do not determine them.
 pub(crate) fn solve(
     gram: &DMatrix<f64>,
     right: &DVector<f64>,
@@ -401,18 +398,18 @@ pub(crate) fn solve(
     })
 }
 
-/// A [`Solution`] without its deviations, which cost more than all the rest.
+/// A [`Solution`] without standard deviations, which cost more to compute than all the rest.
 pub(crate) struct Best {
     /// By how much χ² falls.
     pub gain: f64,
     coefficients: Vec<f64>,
     /// Columns whose coefficient has a sign that physics forbids.
     pub wrong: Vec<usize>,
-    /// Least share of a column that those before it do not imitate.
+    /// Smallest share of the square of a column that the columns before it cannot imitate.
     pub own: f64,
 }
 
-/// The columns whose coefficients are open, in units of their own length, so that "undetermined" has one meaning.
+/// The columns whose coefficients are free, scaled to unit length, so that one limit on "undetermined" fits all.
 struct Open {
     places: Vec<usize>,
     scale: Vec<f64>,
@@ -420,7 +417,7 @@ struct Open {
 }
 
 impl Open {
-    /// None where a column is 0, is no number or follows from the others.
+    /// `None` where a column is 0 or not finite, or depends linearly on the others.
     fn new(gram: &DMatrix<f64>, chosen: &[usize], places: Vec<usize>) -> Option<Self> {
         let columns: Vec<usize> = places.iter().map(|&place| chosen[place]).collect();
         let scale: Vec<f64> = columns.iter().map(|&c| gram[(c, c)].sqrt()).collect();
@@ -438,14 +435,14 @@ impl Open {
         })
     }
 
-    /// See [`Best`].
+    /// See [`Best::own`].
     fn own(&self) -> f64 {
         let shares = self.cholesky.l_dirty().diagonal().map(|d| d * d);
         shares.iter().copied().fold(1.0, f64::min)
     }
 }
 
-/// What [`solve`] finds, without the deviations.
+/// As [`solve`], without standard deviations.
 pub(crate) fn best_gain(
     gram: &DMatrix<f64>,
     right: &DVector<f64>,

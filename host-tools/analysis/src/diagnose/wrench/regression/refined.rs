@@ -1,5 +1,5 @@
-//! The shapes of a hypothesis (a delay, the speed of a Stribeck curve) at their best values: one after the other by a search in
-//! one dimension, then, where they are estimated and not only screened, all together.
+//! Finds the best shapes of a hypothesis (a delay, the speed of a Stribeck curve): first one after the other by a search in one
+//! dimension, then, for an estimate, all together.
 
 use super::gauss_newton::ShapeDeviations;
 use super::hypothesis::Hypothesis;
@@ -11,26 +11,26 @@ use softdock_physics::model::load::effects::{LoadEffect, Pace, Shape};
 use softdock_physics::optimise::brent;
 use softdock_statistics::DEVIATIONS_95;
 
-/// Gain in χ² below which shapes are not worth refining.
+/// Gain in χ² up to which the shapes of a hypothesis are not refined.
 const WORTH_REFINING: f64 = 40.0;
-/// Rounds over all shapes where they are estimated, and steps of Gauss and Newton after them.
+/// Rounds over all shapes for an estimate; also the number of Gauss-Newton steps after them.
 const ROUNDS: usize = 3;
 
-/// Shapes at their best values.
+/// Shapes at their best values, with standard deviations.
 pub(crate) struct Refined {
-    /// Of each part of the hypothesis.
+    /// Shapes of each part of the hypothesis.
     pub(crate) shapes: Vec<Vec<f64>>,
-    /// Deviations of those that are known to one, by part and place.
+    /// Standard deviations of shapes that have one, by part and place.
     pub(crate) sigmas: ShapeDeviations,
-    /// Deviations of the coefficients with all else free; empty where that was not asked.
+    /// Standard deviations of the coefficients with all else free; empty if this was not asked for.
     pub(crate) deviations: Vec<f64>,
-    /// Deviations of shapes on which χ² moves in steps.
+    /// Standard deviations of shapes in which χ² is a staircase.
     stepped: ShapeDeviations,
     rounds: usize,
 }
 
 impl Refined {
-    /// The shapes of a hypothesis, which `shaped` has then.
+    /// Refines the shapes of a hypothesis; `shaped` then holds them.
     pub(crate) fn of(
         hypothesis: &Hypothesis,
         shaped: &mut Shaped<'_>,
@@ -65,7 +65,7 @@ impl Refined {
         refined
     }
 
-    /// A round over the shapes of a part: in the first between neighbours of its grid, then near by.
+    /// One pass over the shapes of a part: in the first round between the neighbours on its grid, later near the last value.
     fn one_by_one(
         &mut self,
         i: usize,
@@ -92,7 +92,7 @@ impl Refined {
         }
     }
 
-    /// Puts shapes on which χ² moves in steps into the middle of theirs.
+    /// Moves each shape in which χ² is a staircase to the middle of its step.
     fn find_steps(&mut self, shaped: &mut Shaped<'_>) {
         for (&(i, k), sigma) in &self.sigmas {
             let gain = |own: &[f64]| shaped.gain_with(i, own);
@@ -106,12 +106,12 @@ impl Refined {
         }
     }
 
-    /// Steps of Gauss and Newton that are worth the work.
+    /// Number of Gauss-Newton steps over the coefficients; 0 for a hypothesis that was not refined.
     pub(crate) fn steps(&self) -> usize {
         if self.rounds > 0 { ROUNDS } else { 0 }
     }
 
-    /// The deviations of everything together.
+    /// Sets the standard deviations of coefficients and shapes, all estimated together.
     pub(crate) fn estimate(&mut self, shaped: &Shaped<'_>, solution: &Solution) {
         let Some((own, of_shapes)) = shaped.deviations(&solution.coefficients, &self.shapes) else {
             return;
@@ -124,10 +124,10 @@ impl Refined {
     }
 }
 
-/// A shape around which a later round looks goes from one over this to this times its value.
+/// A later round searches a shape from its value over this to its value times this.
 const NEAR: f64 = 1.15;
 
-/// The part of a range around a value in which a search looks in such logs.
+/// The part of a range that the catalogue allows for such logs; it always includes `at`.
 fn plausible(
     effect: &LoadEffect,
     shape: &Shape,
@@ -142,7 +142,7 @@ fn plausible(
     })
 }
 
-/// The values of a grid on either side.
+/// The next smaller and the next larger value of a grid; half or twice the value where there is none.
 fn neighbours(at: f64, tried: &[f64]) -> (f64, f64) {
     let positive = || tried.iter().copied().filter(|t| *t > 0.0);
     let lower = positive().filter(|t| *t < at).fold(f64::NAN, f64::max);
@@ -153,17 +153,17 @@ fn neighbours(at: f64, tried: &[f64]) -> (f64, f64) {
     )
 }
 
-/// Deviation by the width of a step over that by the curvature from which χ² counts as moving in steps: on a smooth χ²
-/// both are the same, to what [`RESOLVED`] leaves open.
+/// Ratio of the deviation from the width of a step to that from the curvature above which χ² is called a staircase. On a smooth
+/// χ² both are the same, up to the resolution [`RESOLVED`].
 const STEP_WIDENS: f64 = 1.5;
 
-/// Middle of the step of χ² on which the best value near by is, and half of it as a deviation; none if it is no wider than
-/// the values are apart. What a play does to a row depends on which side of its end the row is on: χ² moves in steps as the end
-/// passes rows, no value on a step is better than another, and the curvature says nothing.
+/// Middle of the step of χ² on which the best value lies, and half its width as a standard deviation; `None` if the step is no
+/// wider than the spacing of the values. What a play does to a row depends on which side of its end the row is on. So χ² moves in
+/// steps as the end passes rows, no value on one step is better than another, and the curvature says nothing.
 fn step_around(shapes: &[f64], k: usize, gain: &dyn Fn(&[f64]) -> f64) -> Option<(f64, f64)> {
     /// Values on each side, [`RESOLVED`] apart.
     const SIDE: i32 = 40;
-    /// By how much χ² is larger at the ends of a 95 % interval.
+    /// By how much χ² rises at the ends of a 95 % interval.
     const RISE: f64 = DEVIATIONS_95 * DEVIATIONS_95;
     let values: Vec<f64> = (-SIDE..=SIDE)
         .map(|step| shapes[k] * (RESOLVED * f64::from(step)).exp())
@@ -185,7 +185,7 @@ fn step_around(shapes: &[f64], k: usize, gain: &dyn Fn(&[f64]) -> f64) -> Option
     (high > low + 1).then_some((middle, half / DEVIATIONS_95))
 }
 
-/// Moves one shape to its best value in a range; returns its deviation with all else as it is.
+/// Moves one shape to its best value in a range. Returns its standard deviation with all else held.
 fn refine(
     shapes: &mut [f64],
     k: usize,
@@ -203,7 +203,7 @@ fn refine(
     let (best, least) = brent(range, resolution, &mut cost);
     shapes[k] = best.exp();
     let centre = shapes[k];
-    // Curvature of χ² over a step of 5 %: half a unit of log L is one standard deviation.
+    // Curvature of χ² over a step of 5 %: χ² rises by 1 at one standard deviation.
     let step = 0.05;
     let bend = cost(best + step) + cost(best - step) - 2.0 * least;
     if bend > 0.0 {

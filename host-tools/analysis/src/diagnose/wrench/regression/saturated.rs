@@ -1,8 +1,7 @@
-//! What no combination of effects explains: the residual from which the noise model is
-//! taken.
+//! The residual from which the noise model is estimated: what no combination of effects explains.
 //!
-//! A noise model that is taken from the plain residual contains the missing effect, and whitening with
-//! it swallows what is looked for.
+//! A noise model that is estimated from the plain residual contains the missing effect, and whitening with it removes what is
+//! looked for.
 
 use super::gram::dot;
 use super::problem::{Problem, Segment};
@@ -11,10 +10,10 @@ use rayon::prelude::*;
 use softdock_physics::model::load::effects::{LoadEffect, Shape};
 use softdock_physics::model::load::{Column, Scene};
 
-/// How weak the prior of each column is: its size over the noise of the whole log.
+/// The prior of each column is weak: its standard deviation is the noise of the whole log times this.
 const WEAK: f64 = 1e3;
 
-/// The residual (in units of `sigma`) without what all effects and tolerances together explain.
+/// The residual, in units of `sigma`, without what all effects and nuisance parameters together explain.
 pub(crate) fn residual(
     scene: &Scene,
     residual: &Column,
@@ -54,7 +53,7 @@ pub(crate) fn residual(
     problem.rest(&nothing, &problem.tolerances_with(&nothing))
 }
 
-/// First, middle and last value of each shape, one shape at a time.
+/// Shapes at which an effect is taken: all at the middle of their grids, then each in turn at its first and its last value.
 fn some_shapes(shapes: &[Shape]) -> Vec<Vec<f64>> {
     let middle: Vec<f64> = shapes.iter().map(|s| s.tried[s.tried.len() / 2]).collect();
     let mut all = vec![middle.clone()];

@@ -1,4 +1,4 @@
-//! The columns of a hypothesis with given shapes.
+//! The columns of a hypothesis at given shapes, and the regression on them.
 
 use super::hypothesis::Part;
 use super::joint::Joint;
@@ -14,20 +14,20 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// Share of a shape to which its best value is known.
+/// Relative precision with which the best value of a shape is found for an estimate.
 pub(super) const RESOLVED: f64 = 5e-4;
 
-/// How carefully shapes are refined.
+/// The effort of a fit.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Care {
-    /// Once, one after the other.
+    /// Each shape is refined once, one after the other.
     Screening,
-    /// Until they fit each other, with the covariance of everything together.
+    /// Shapes are refined until they fit each other, with the covariance of all parameters together.
     Estimating,
 }
 
 impl Care {
-    /// Share of a shape to which its best value is known: χ² hardly changes on the way there.
+    /// Relative precision with which the best value of a shape is found: χ² hardly changes over such a step.
     pub(super) fn resolution(self) -> f64 {
         match self {
             Self::Screening => 10.0 * RESOLVED,
@@ -35,8 +35,8 @@ impl Care {
         }
     }
 
-    /// Rise of the gain in χ² below which steps of Gauss and Newton end: a parameter costs more by far than what
-    /// screening leaves.
+    /// Rise of the gain in χ² below which Gauss-Newton steps end. What screening leaves is far less than the price of a
+    /// parameter.
     pub(crate) fn rise(self) -> f64 {
         match self {
             Self::Screening => 1.0,
@@ -45,30 +45,29 @@ impl Care {
     }
 }
 
-/// Whether a shape has a size that can be refined: a form of no size has none.
+/// Whether a shape can be refined: it is continuous and not 0, a value that stands for a form without this size.
 pub(crate) fn has_size(shape: &Shape, value: f64) -> bool {
     shape.continuous && value > 0.0
 }
 
-/// What a part with some shapes loads the sensor of each log with by each coefficient that is 1; none where that is not in proportion.
+/// Shapes of a part, and for each log the load on the sensor for one unit of each coefficient at these shapes. `None` for a log
+/// where the load is not linear in the coefficients.
 type UnitLoads = (Vec<f64>, Rc<Vec<Option<Vec<Column>>>>);
 
-/// The columns of a hypothesis in units of the noise: a shape that moves changes only those of its
-/// own part.
+/// The whitened columns of a hypothesis. If a shape moves, the columns of its own part are computed anew.
 pub(crate) struct Shaped<'a> {
     pub(super) joint: &'a Joint,
     pub(super) problem: &'a Problem,
     library: &'a Library,
     pub(super) parts: &'a [Part],
-    /// Per part; none where it has nothing to act on.
+    /// Columns of each part; `None` where it has nothing to act on.
     pub(super) white: Vec<Built>,
-    /// Shapes of each part, and coefficients of all columns, around which the columns of what moves the reading in
-    /// time stand.
+    /// Shapes of each part and coefficients of all columns at which the columns of late parts were computed.
     pub(super) shapes: Vec<Vec<f64>>,
     coefficients: Vec<f64>,
-    /// Of each part, what it loads the sensor with.
+    /// For each part the last result of [`Self::unit_loads`].
     loads: RefCell<Vec<Option<UnitLoads>>>,
-    /// Products of all columns, in their order.
+    /// Gram matrix of all columns, in their order.
     pub(super) gram: DMatrix<f64>,
     pub(super) signs: Vec<Sign>,
 }
@@ -109,7 +108,7 @@ impl<'a> Shaped<'a> {
                 let columns = known.map(|c| problem.projected(library.columns[c].clone()));
                 shaped.white[i] = Some(columns.collect());
             } else {
-                // For small effects, where they are not linear.
+                // On other rows the columns are built anew, around small coefficients where an effect is not linear.
                 shaped.white[i] = shaped.built(i, &variant.shapes, &[]);
             }
         }
@@ -118,7 +117,7 @@ impl<'a> Shaped<'a> {
         shaped
     }
 
-    /// Takes other shapes for a part.
+    /// Sets other shapes for a part.
     pub(crate) fn set(&mut self, i: usize, shapes: &[f64]) {
         self.shapes[i] = shapes.to_vec();
         self.white[i] = self.built(i, shapes, &[]);
@@ -139,9 +138,9 @@ impl<'a> Shaped<'a> {
         })
     }
 
-    /// What the columns of a part follow from.
+    /// All on which the columns of a part depend, as a key of the memo.
     fn key(&self, part: &Part, shapes: &[f64], around: &[f64]) -> Key {
-        // Each entry of a catalogue stands in one place of memory.
+        // Each entry of a catalogue has an address of its own.
         let effect = std::ptr::from_ref(self.effect(part)).addr();
         let counts = [effect, shapes.len(), around.len()].into_iter();
         let counts = counts.chain(part.used.iter().copied());
@@ -150,14 +149,14 @@ impl<'a> Shaped<'a> {
         key.chain(self.problem.fingerprint()).collect()
     }
 
-    /// Whether a part moves in time what others load the sensor with.
+    /// Whether a part moves in time the load that the other parts put on the sensor.
     fn is_late(&self, i: usize) -> bool {
         self.parts.len() > 1 && self.effect(&self.parts[i]).is_late()
     }
 
-    /// Columns of what moves the reading in time, around what the others load the sensor with.
+    /// Computes the columns of late parts, each around the load of the other parts.
     fn move_in_time(&mut self) {
-        /// Coefficients of the others without it, then beside it.
+        /// The coefficients of the other parts are first those without, then those beside the late ones.
         const ROUNDS: usize = 2;
         let late: Vec<usize> = (0..self.parts.len()).filter(|i| self.is_late(*i)).collect();
         if late.is_empty() {
@@ -173,7 +172,7 @@ impl<'a> Shaped<'a> {
         }
     }
 
-    /// Coefficients of the others, with nothing moved in time.
+    /// Coefficients of all columns for a start: those of loads are fitted with nothing late, those of late parts are 1.
     fn coefficients_of_loads(&self) -> Vec<f64> {
         let loads = |i: &usize| !self.is_late(*i);
         let all = (0..self.parts.len()).filter(loads);
@@ -208,7 +207,7 @@ impl<'a> Shaped<'a> {
             .collect()
     }
 
-    /// What a part does that the others do not do without it.
+    /// The column of a late part: the difference that it makes to the reading of the other parts. `None` if that is 0.
     fn beside_others(&self, i: usize, shapes: &[f64]) -> Option<Projected> {
         let effect = self.effect(&self.parts[i]);
         let own = (effect, effect.values(shapes, &[]));
@@ -217,8 +216,8 @@ impl<'a> Shaped<'a> {
         (!white.is_zero()).then(|| self.problem.projected(white))
     }
 
-    /// What is `read` of the parts, but for one, over all logs, in units of the noise; none if there is not a coefficient of each
-    /// column.
+    /// Applies `read` to the loaded sensor of each log, with all parts but `but`, and whitens the result. `None` if there are
+    /// fewer coefficients than columns.
     fn over_logs(
         &self,
         coefficients: &[f64],
@@ -250,7 +249,7 @@ impl<'a> Shaped<'a> {
         Some(self.problem.whitened(&columns.iter().collect::<Vec<_>>()))
     }
 
-    /// What a part loads the sensor with, evaluated once for the same shapes.
+    /// The load of a part on the sensor of each log for one unit of each coefficient; kept until its shapes change.
     fn unit_loads(&self, i: usize, shapes: &[f64]) -> Rc<Vec<Option<Vec<Column>>>> {
         let known = self.loads.borrow()[i].clone();
         if let Some((_, known)) = known.filter(|(of, _)| of == shapes) {
@@ -266,7 +265,7 @@ impl<'a> Shaped<'a> {
         of_logs
     }
 
-    /// Of the coefficients of a part among all.
+    /// Places of the coefficients of a part among those of all parts.
     fn places(&self, i: usize) -> std::ops::Range<usize> {
         let before = self.parts[..i].iter().map(|part| part.used.len()).sum();
         before..before + self.parts[i].used.len()
@@ -286,7 +285,7 @@ impl<'a> Shaped<'a> {
         self.solution_with(usize::MAX, &[])
     }
 
-    /// The best solution with other columns for part `i`.
+    /// The best solution with the columns `own` in the place of those of part `i`.
     fn solution_with(&self, i: usize, own: &[Projected]) -> Option<Solution> {
         let mut all: Vec<&Projected> = Vec::with_capacity(self.signs.len());
         let mut changed = 0..0;
@@ -313,7 +312,7 @@ impl<'a> Shaped<'a> {
         solve(&gram, &right, &places, &self.signs)
     }
 
-    /// Columns of the parts that are not linear, around coefficients of all columns.
+    /// Linearises the parts that are not linear in their coefficients around given ones.
     pub(crate) fn set_around(&mut self, coefficients: &[f64], shapes: &[Vec<f64>]) {
         let mut at = 0;
         for (i, part) in self.parts.iter().enumerate() {
@@ -326,7 +325,7 @@ impl<'a> Shaped<'a> {
         self.multiply();
     }
 
-    /// By how much χ² really falls with coefficients.
+    /// By how much χ² falls with given coefficients, the columns linearised around them. `None` if a part has nothing to act on.
     pub(crate) fn gain_around(&mut self, coefficients: &[f64], shapes: &[Vec<f64>]) -> Option<f64> {
         self.set_around(coefficients, shapes);
         self.white.iter().all(Option::is_some).then(|| {
@@ -335,7 +334,7 @@ impl<'a> Shaped<'a> {
         })
     }
 
-    /// What all parts contribute.
+    /// The whitened contribution of all parts.
     pub(crate) fn sum(&self, coefficients: &[f64]) -> Column {
         let mut sum = Column::default();
         let columns = self.white.iter().flatten().flat_map(|own| own.iter());
@@ -349,7 +348,7 @@ impl<'a> Shaped<'a> {
         self.library.variants[part.variant].effect
     }
 
-    /// The parts with their values; none if there is not a coefficient of each column.
+    /// The effects with their values; `None` if there are fewer coefficients than columns.
     fn valued(&self, coefficients: &[f64], shapes: &[Vec<f64>]) -> Option<Vec<Valued<'static>>> {
         let mut rest = coefficients.iter();
         let valued = |(part, shapes): (&Part, &Vec<f64>)| {
@@ -366,20 +365,20 @@ impl<'a> Shaped<'a> {
         self.parts.iter().zip(shapes).map(valued).collect()
     }
 
-    /// What all parts together do to the reading.
+    /// The whitened contribution of all parts, evaluated together and not linearised.
     pub(super) fn whole(&self, coefficients: &[f64], shapes: &[Vec<f64>]) -> Projected {
         let all = self.over_logs(coefficients, shapes, None, &|all| all.read());
         self.problem.projected(all.unwrap_or_default())
     }
 
-    /// Columns of all parts; none if one has nothing to act on in these rows.
+    /// Columns of all parts; `None` if one has nothing to act on in these rows.
     pub(super) fn columns(&self) -> Option<Vec<&Projected>> {
         let each = self.white.iter().map(Option::as_ref);
         let each: Vec<&Arc<[Projected]>> = each.collect::<Option<_>>()?;
         Some(each.into_iter().flat_map(|own| own.iter()).collect())
     }
 
-    /// Takes other shapes for all parts.
+    /// Sets other shapes for all parts.
     pub(super) fn set_all(&mut self, shapes: &[Vec<f64>]) {
         self.shapes = shapes.to_vec();
         for (i, own) in shapes.iter().enumerate() {
@@ -389,7 +388,7 @@ impl<'a> Shaped<'a> {
         self.move_in_time();
     }
 
-    /// By how much χ² falls with other shapes for part `i`.
+    /// By how much χ² falls with other shapes for part `i`; −∞ if the part then has nothing to act on.
     pub(crate) fn gain_with(&self, i: usize, shapes: &[f64]) -> f64 {
         let own = self.built(i, shapes, &[]);
         let solution = own.and_then(|own| self.solution_with(i, &own));

@@ -1,24 +1,23 @@
-//! Where a spacecraft sticks to its guide: the direction of a friction is not in the log there.
+//! Finds where a spacecraft sticks to its guide: the log does not show the direction of friction there.
 //!
-//! A rig with dry friction ends a slow motion by holding: the velocity goes to and fro around zero,
-//! by as little as the friction changes it in one delay of the loop, and the reading takes whatever
-//! value keeps the spacecraft in place. No model can say which; such cycles say nothing about any effect.
+//! A rig with dry friction ends a slow motion by holding. The velocity alternates around zero, by as little as friction changes
+//! it in one delay of the loop, and the reading takes whatever value keeps the spacecraft in place. No model can predict that
+//! value, so such cycles say nothing about any effect.
 
 use softdock_physics::model::load::Scene;
 
-/// Reversals in a row that are no motion any more.
+/// So many reversals in a row are no motion.
 const REVERSALS: usize = 4;
-/// They follow each other within this time, s: a jog to and fro is slower.
+/// The reversals follow each other within this time, s: a jog to and fro is slower.
 const WITHIN_S: f64 = 0.1;
-/// And are slower than this share of the motion of the whole log.
+/// The velocity between them is below this share of its rms over the whole log.
 const SLOW: f64 = 0.05;
-/// Cycles on both sides that a whitened residual mixes in.
+/// Cycles on both sides that are left out as well, as whitening mixes them in.
 const MARGIN: usize = 6;
 /// Choices of [`Scene::point_of_action`].
 const POINTS: [f64; 3] = [0.0, 1.0, 2.0];
 
-/// Which cycles of a log count: all that counted before but for those in which the spacecraft sticks, at
-/// any of the points where a guide may act.
+/// The cycles that counted before, without those in which the spacecraft sticks at any of the points where a guide may act.
 pub(crate) fn without_stiction(scene: &Scene, counts: &[bool]) -> Vec<bool> {
     let mut counts = counts.to_vec();
     let last = counts.len().saturating_sub(1);
@@ -34,7 +33,7 @@ pub(crate) fn without_stiction(scene: &Scene, counts: &[bool]) -> Vec<bool> {
     counts
 }
 
-/// First and last cycle of each time in which a velocity sticks to zero.
+/// First and last cycle of each interval in which a velocity sticks to zero.
 fn stuck(velocity: &[f64], cycle_s: f64) -> Vec<(usize, usize)> {
     let square: f64 = velocity.iter().map(|v| v * v).sum();
     let slow = SLOW * (square / velocity.len().max(1) as f64).sqrt();

@@ -1,4 +1,4 @@
-//! What a fit makes of a hypothesis.
+//! The result of fitting a hypothesis.
 
 use super::fitted::Fitted;
 use crate::diagnose::finding::Trial;
@@ -6,7 +6,8 @@ use softdock_physics::model::Channel;
 use softdock_physics::model::load::loaded::{Loaded, Valued, contribution};
 use softdock_physics::model::load::{Column, Scene};
 
-/// Relative difference of all there is to explain that noise which was estimated anew makes, and another noise does not.
+/// Largest relative difference of the total χ² to explain between fits under one noise model. A noise model that is estimated
+/// anew from the same data stays within it; that of another search does not.
 pub(crate) const SAME_NOISE: f64 = 0.01;
 
 /// A hypothesis after its shapes were refined, with its evidence on all logs.
@@ -14,10 +15,10 @@ pub(crate) const SAME_NOISE: f64 = 0.01;
 pub(crate) struct Tested {
     /// Its effects.
     pub effects: Vec<Fitted>,
-    /// Ids of what the model had already.
+    /// Ids of effects that the model had already.
     pub beside: Vec<String>,
-    /// χ² of all there was to explain. Its unit is the noise beside which the hypothesis was tried: that is the same where
-    /// this is.
+    /// χ² of all there was to explain. As χ² is in units of the noise, this value also identifies the noise model under which the
+    /// hypothesis was tried.
     pub to_explain: f64,
     /// Fall of χ² over all logs.
     pub gain: f64,
@@ -27,12 +28,12 @@ pub(crate) struct Tested {
     pub evidence: f64,
     /// Number of parameters.
     pub parameters: usize,
-    /// Parameters with a sign that physics forbids, or out of any plausible range; effects that are larger than what was
-    /// measured by so much that they would have to cancel each other more exactly than laws hold.
+    /// Reasons why it cannot be, in words: parameters with a sign that physics forbids or outside any plausible range, and
+    /// effects so much larger than the reading that they would have to cancel each other more exactly than laws hold.
     pub wrong: Vec<String>,
-    /// Fall of the squared distance to the intervals of rounded readings.
+    /// Fall of the squared distance to the intervals of rounded readings; infinite without rounding.
     pub beyond_rounding: f64,
-    /// Why its parameters are those of all logs and not those of the logs of the fit, if they are.
+    /// Why its parameters are those of all logs and not those of the logs of the fit; `None` if they are the latter.
     pub of_all_logs: Option<String>,
 }
 
@@ -45,7 +46,7 @@ impl Tested {
         }
     }
 
-    /// With χ² in the unit in which there is so much to explain.
+    /// Rescales its χ² to the noise model under which there is `to_explain` to explain.
     pub(crate) fn beside_noise(mut self, to_explain: f64) -> Self {
         let by = to_explain / self.to_explain;
         self.to_explain = to_explain;
@@ -56,12 +57,12 @@ impl Tested {
         self
     }
 
-    /// Whether its noise is that beside which there is so much to explain.
+    /// Whether it was tried under the noise model with which there is `to_explain` to explain.
     pub(crate) fn is_beside_noise_of(&self, to_explain: f64) -> bool {
         (self.to_explain / to_explain - 1.0).abs() < SAME_NOISE
     }
 
-    /// The same where so much more of each log is to be explained, as nominal parameters are held: it leaves what it left.
+    /// The same where nominal parameters are held and so much more of each log is to be explained. What it leaves is as before.
     pub(crate) fn with_more_to_explain(mut self, more: &[f64]) -> Self {
         let sum: f64 = more.iter().sum();
         self.to_explain += sum;
@@ -77,14 +78,14 @@ impl Tested {
         self.effects_in_order() == other.effects_in_order()
     }
 
-    /// Ids by the alphabet: those of the same effects are equal.
+    /// Ids in alphabetical order, so that hypotheses of the same effects compare equal.
     pub(crate) fn effects_in_order(&self) -> Vec<&'static str> {
         let mut ids: Vec<&'static str> = self.effects.iter().map(|e| e.id).collect();
         ids.sort_unstable();
         ids
     }
 
-    /// Ids, in order.
+    /// Ids, in the order of the effects.
     pub(crate) fn ids(&self) -> Vec<String> {
         self.effects.iter().map(|e| e.id.to_owned()).collect()
     }
@@ -101,13 +102,13 @@ impl Tested {
         loads
     }
 
-    /// Their part of a reading.
+    /// What its effects contribute to the reading of a log.
     pub(crate) fn contribution(&self, scene: &Scene) -> Column {
         contribution(scene, &self.valued(scene))
     }
 
-    /// The part of one of them, or of one of its terms, so that the parts are the whole: what moves the reading in time
-    /// does so to what the others load the sensor with.
+    /// What one of its effects, or one of its terms, contributes. A late effect contributes the shift in time of what the other
+    /// effects load the sensor with, so that the parts add up to the whole.
     pub(crate) fn part(&self, scene: &Scene, one: &Fitted) -> Column {
         match one.valued(scene) {
             Some(late) if late.0.is_late() => Loaded::by(scene, &self.loads(scene)).added(late),
@@ -121,7 +122,7 @@ impl Tested {
 mod tests {
     use super::*;
 
-    /// Held parameters leave more to explain, and what is left is the same.
+    /// With parameters held there is more to explain, and what is left stays the same.
     #[test]
     fn what_is_held_elsewhere_is_more_to_explain() {
         let tried = Tested {

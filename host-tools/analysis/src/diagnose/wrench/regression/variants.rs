@@ -1,4 +1,4 @@
-//! All hypotheses about the reading, with every shape that is tried, as columns of one regression.
+//! The library of a search: all effects, at every combination of shapes that is tried, as columns of one regression.
 
 use super::joint::Joint;
 use super::prepared_log::PreparedLog;
@@ -15,39 +15,39 @@ pub(crate) struct Variant {
     pub effect: &'static LoadEffect,
     /// Its shape parameters.
     pub shapes: Vec<f64>,
-    /// Places of its columns in the library.
+    /// Places of its columns in [`Library::columns`].
     pub columns: Vec<usize>,
-    /// What its coefficients may be.
+    /// Sign constraint of each coefficient.
     pub signs: Vec<Sign>,
 }
 
 impl Variant {
-    /// Shape parameters that were scanned count as parameters.
+    /// Number of its shapes that were scanned and so count as parameters.
     pub(crate) fn scanned(&self) -> usize {
         self.effect.shapes.iter().filter(|s| !s.choice).count()
     }
 }
 
-/// All variants with their columns and the products of these.
+/// All variants with their columns and the Gram matrix of these.
 pub(crate) struct Library {
     /// The hypotheses.
     pub variants: Vec<Variant>,
-    /// Ids of what the model has.
+    /// Ids of effects that the model has.
     pub known: Vec<String>,
-    /// Columns over all logs, in units of the noise.
+    /// Whitened columns over all logs.
     pub columns: Vec<Column>,
-    /// Tolerances that were open when the products were made.
+    /// Nuisance parameters that were open when `products` was computed.
     tolerances: Vec<usize>,
-    /// Products of these, the columns and the residual.
+    /// Gram matrix of these, the columns and the residual, in this order.
     products: DMatrix<f64>,
-    /// Products of the columns after the tolerances.
+    /// Gram matrix of the columns after elimination of the nuisance parameters.
     pub gram: DMatrix<f64>,
-    /// Products with the residual.
+    /// Products of the columns with the residual, after elimination of the nuisance parameters.
     pub right: DVector<f64>,
 }
 
 impl Library {
-    /// For some logs; `excluded` effects are in the model already, or not to be tried.
+    /// The library for some logs. Effects that are `excluded` are in the model already, or not to be tried.
     pub(crate) fn new(joint: &Joint, excluded: &dyn Fn(&str) -> bool) -> Self {
         use rayon::prelude::*;
         let model = joint.logs.first().map(|log| &log.scene.model);
@@ -64,7 +64,7 @@ impl Library {
             let acts = || joint.logs.iter().any(|log| effect.acts(&log.scene));
             let columns = match columns {
                 Some(columns) => columns,
-                // Nothing loads the sensor that is known yet: see `around`.
+                // A late effect has no column yet, as no load is known that it could move: see [`Self::around`].
                 None if effect.is_late() && acts() => vec![Column::default()],
                 None => continue,
             };
@@ -93,9 +93,9 @@ impl Library {
         }
     }
 
-    /// The same around what was found: what moves the reading in time moves that, too, and, if the shapes that are tried are
-    /// too far `apart`, what was found has its own. Beside a delay that is off by half a step all that looks like the difference
-    /// would seem to be missing. None where neither makes a difference.
+    /// The same library around an answer: late effects also move the loads of the answer, and if the tried shapes are too far
+    /// `apart`, the answer's effects are added at their own shapes. Without the latter, a delay that is off by half a step of its
+    /// grid would leave a difference that any other effect could seem to explain. `None` if neither changes the library.
     pub(crate) fn around(mut self, joint: &Joint, found: &Tested, apart: bool) -> Option<Self> {
         let scenes = joint.logs.iter().map(|log| &log.scene);
         let loads: Vec<Loaded<'_>> = scenes
@@ -124,12 +124,11 @@ impl Library {
         })
     }
 
-    /// Whether what moves the reading in time has to move what was found to load the sensor of each log: without that it
-    /// cannot be seen. Not where there is none, where what was found is little beside what was known, or where what is measured
-    /// hardly changes: of a constant command nobody knows when it was given.
+    /// Whether the loads of the answer have to be moved by late effects, which cannot be seen otherwise. Not where there are no
+    /// late effects, or the answer is small beside what was known, or the measured reading hardly changes: of a constant command
+    /// nobody knows when it was given.
     fn moves(&self, joint: &Joint, of_logs: &[Loaded<'_>]) -> bool {
-        /// Share of the reading, as a power, below which a column that lacks it is right enough to look on: its
-        /// gain is wrong by as much.
+        /// A late column may lack a load with less than this share of the reading's power: its gain is wrong by about as much.
         const LITTLE: f64 = 0.1;
         let power = |of: &dyn Fn(&PreparedLog, &Loaded<'_>) -> Column| -> f64 {
             let logs = joint.logs.iter().zip(of_logs);
@@ -147,7 +146,7 @@ impl Library {
         late && more >= LITTLE * known && varies
     }
 
-    /// What moves the reading in time moves these loads, too.
+    /// Computes the columns of late effects around these loads.
     fn move_in_time(&mut self, joint: &Joint, of_logs: &[Loaded<'_>]) {
         for variant in self.variants.iter_mut().filter(|v| v.effect.is_late()) {
             variant.columns = vec![self.columns.len()];
@@ -156,7 +155,7 @@ impl Library {
         }
     }
 
-    /// Adds what was found with its own shapes.
+    /// Adds the effects of an answer at their own shapes.
     fn refine(&mut self, joint: &Joint, found: &Tested, of_logs: &[Loaded<'_>]) {
         for fitted in &found.effects {
             let alike = self.variants.iter().find(|v| v.effect.id == fitted.id);
@@ -191,7 +190,7 @@ impl Library {
         }
     }
 
-    /// The same columns after fewer tolerances.
+    /// The same columns after some nuisance parameters were held.
     pub(crate) fn anew(self, joint: &Joint) -> Self {
         let products = self.open_products(joint);
         let (gram, right) = joint.problem.after_tolerances(&products);
@@ -202,7 +201,7 @@ impl Library {
         }
     }
 
-    /// Products without the tolerances that were taken away.
+    /// The products without the nuisance parameters that are held now.
     fn open_products(&self, joint: &Joint) -> DMatrix<f64> {
         let open: Vec<usize> = joint.open_tolerances().collect();
         let known = self.tolerances.iter().enumerate();
@@ -213,7 +212,7 @@ impl Library {
     }
 }
 
-/// What an effect that moves the reading in time adds to given loads of each log.
+/// The whitened column of a late effect: what it adds to the given loads of each log.
 fn moved(
     joint: &Joint,
     of_logs: &[Loaded<'_>],
@@ -226,7 +225,7 @@ fn moved(
     joint.problem.whitened(&each.iter().collect::<Vec<_>>())
 }
 
-/// Sum of squares of what changes in a reading.
+/// Sum of squares about the mean of each axis.
 fn variation(column: &Column) -> f64 {
     let of = |series: &Vec<f64>| {
         let mean = series.iter().sum::<f64>() / series.len().max(1) as f64;
@@ -238,7 +237,7 @@ fn variation(column: &Column) -> f64 {
     column.0.iter().map(of).sum()
 }
 
-/// Columns, each stored once: different effects share some.
+/// Columns, each stored once, as some effects share columns.
 #[derive(Default)]
 struct Store {
     columns: Vec<Column>,
@@ -264,11 +263,11 @@ impl Store {
     }
 }
 
-/// Effects that are tried, with the shapes in which they are.
+/// Effects that are tried, with each combination of shapes.
 fn wanted(joint: &Joint, excluded: &dyn Fn(&str) -> bool) -> Vec<(&'static LoadEffect, Vec<f64>)> {
     let model = joint.logs.first().map(|log| &log.scene.model);
     let all = model.into_iter().flat_map(LoadEffect::all);
-    // What is commanded went through no sensor: a constant is the guide's offset there.
+    // A commanded force went through no sensor, so a constant is an offset of the guide and no zero of a sensor.
     let driven = model.is_some_and(|model| model.sensor.wrench.drives());
     let is_tried = |effect: &&LoadEffect| match driven && effect.is_of_a_zero() {
         true => false,
@@ -290,11 +289,11 @@ fn wanted(joint: &Joint, excluded: &dyn Fn(&str) -> bool) -> Vec<(&'static LoadE
     all.filter(is_tried).flat_map(with_shapes).collect()
 }
 
-/// Whether logs of a machine begin at opposite ends of their travel. A spring that rests where each began has a rest for each end there, and
-/// stands for what depends on the direction alone.
+/// Whether the logs of a machine begin at opposite ends of its travel. A spring that rests where each log begins then has two
+/// rest positions, and stands for whatever depends on the direction alone.
 fn begin_apart(joint: &Joint) -> bool {
-    /// Share of the travel. Logs of one rig that are about the same begin up to half of it apart, and opposite ends are all of it
-    /// apart. Set by hand.
+    /// Share of the travel. Starts of similar logs of one rig differ by up to half of it, opposite ends by all of it. Set by
+    /// hand.
     const APART: f64 = 0.75;
     let scenes = || joint.logs.iter().map(|log| &log.scene);
     let width = |ends: [f64; 2]| (ends[1] - ends[0]).max(0.0);
@@ -309,7 +308,7 @@ fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
     })
 }
 
-/// All combinations of the shapes that are tried in such logs.
+/// All combinations of the shapes that are tried on such logs.
 fn combinations(effect: &LoadEffect, logs: Pace) -> Vec<Vec<f64>> {
     let mut all: Vec<Vec<f64>> = vec![Vec::new()];
     for shape in &effect.shapes {
@@ -336,7 +335,7 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
     use std::sync::Arc;
 
-    /// An axis that swings 20 mm to either side, from one phase of its swing to another, beside a sensor whose zero is off by 40
+    /// An axis that swings by 20 mm to either side, from one phase of its swing to another. The zero of its sensor is off by 40
     /// tolerances.
     fn swinging([from, to]: [f64; 2]) -> PreparedLog {
         const CYCLE_S: f64 = 0.004;
@@ -385,7 +384,7 @@ mod tests {
         Joint::new(phases.map(swinging).into(), 1, &Arc::new(Memo::default()))
     }
 
-    /// Strokes from one end to the other: a spring that rests at the first position would pull another way in each direction.
+    /// Strokes from one end to the other: a spring that rests at the first position would pull the other way in each direction.
     #[test]
     fn a_spring_rests_where_logs_begin_unless_these_are_opposite_ends() {
         let rests_at_start = |phases| {
@@ -405,7 +404,7 @@ mod tests {
         assert!(!rests_at_start([back, forth]));
     }
 
-    /// A library that is made after a tolerance was taken away, and one that was made before, are the same.
+    /// A library that was made before a nuisance parameter was held equals one that was made after it.
     #[test]
     fn products_are_those_of_the_tolerances_that_were_open() {
         let mut joint = joint([[0.0, 16.0]]);

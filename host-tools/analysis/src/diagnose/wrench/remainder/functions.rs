@@ -1,9 +1,9 @@
 //! The smooth functions of which a remainder consists.
 //!
-//! Cosines over the range of a quantity, with amplitudes that fall as k^−1.5: what is smoother is
-//! likelier. They are functions of one quantity each, on one axis of the reading, without what the simple laws of that
-//! quantity are: that friction, a spring or a weight has a form of its own is no reason not to call it so. Functions of
-//! position and time are without all simple laws: on a ramp of the velocity they look like friction.
+//! Cosines over the range of a quantity, with amplitudes that fall as k^−1.5: smoother functions are likelier. Each is a function
+//! of one quantity on one axis of the reading. The simple laws of that quantity are projected out, so that a friction, a spring
+//! or a weight whose form is its own is still called by its name. From functions of position and time all simple laws are
+//! projected out, as on a ramp of the velocity they look like friction.
 
 use crate::diagnose::wrench::regression::prepared_log::PreparedLog;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -19,16 +19,16 @@ const ACCELERATION: usize = 6;
 const DEPTH: usize = 6;
 /// Most functions of time in one log.
 const TIME: usize = 12;
-/// Share of the largest speed below which the direction of motion is not sure.
+/// Share of the largest speed over which the direction of motion turns round.
 const SLOW: f64 = 0.02;
-/// Share of the power of a motion below whose frequency the remainder may follow time: faster
-/// functions of time would follow the strokes, and swallow what acts in them.
+/// The remainder may follow time up to the frequency below which this share of the motion's power lies. Faster functions of time
+/// would follow the strokes, and swallow what acts in them.
 const SLOWEST: f64 = 0.1;
 
-/// A function of the motion: a column for each log.
+/// One function of the motion: a column for each log.
 pub(super) type Function = Vec<Column>;
 
-/// What the functions of a group are functions of.
+/// The quantity on which the functions of a group depend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Quantity {
     Position,
@@ -65,13 +65,14 @@ impl Quantity {
     }
 }
 
-/// Functions with one variance.
+/// Functions whose amplitudes have one variance.
 pub(super) struct Group {
     pub quantity: Quantity,
     pub functions: Vec<Function>,
 }
 
-/// The functions of one axis.
+/// The groups of functions of one axis. Those that vanish on all logs are left out, and those of position where a log's origin is
+/// its own.
 pub(super) fn of_axis(logs: &[PreparedLog], axis: usize) -> Vec<Group> {
     let motions = Motions::new(logs, axis);
     let placed = !logs.iter().any(|log| log.has_own_origin);
@@ -107,7 +108,7 @@ impl Motions {
         }
     }
 
-    /// Functions of one quantity, without what its simple laws are.
+    /// Functions of one quantity, with its simple laws projected out.
     fn functions(&self, quantity: Quantity) -> Vec<Function> {
         let scales = &self.scales;
         let place = |k, m: &Motion, n: usize| wave(k, scales.place(m.position[n]));
@@ -138,7 +139,7 @@ impl Motions {
         }
     }
 
-    /// So many functions by their values: of the number of the function, from 1 on, a motion and a cycle of it.
+    /// The first `count` functions. `of` gives a value from the number of the function (from 1 on), the motion and the cycle.
     fn group(&self, count: usize, of: &dyn Fn(usize, &Motion, usize) -> f64) -> Vec<Function> {
         let column = |k, m: &Motion| Column::on_axis(self.axis, (0..m.len()).map(|n| of(k, m, n)));
         let function = |k| self.all.iter().map(|m| column(k, m)).collect();
@@ -149,8 +150,8 @@ impl Motions {
         SimpleLaws::new(&self.all, self.axis, laws)
     }
 
-    /// Place and time follow each other, and on a ramp all of a motion: a constant, a spring, on a bearing a weight on a lever,
-    /// dry and viscous friction, inertia.
+    /// The simple laws that place and time are freed of, as on a ramp they follow all of a motion: a constant, a spring, dry and
+    /// viscous friction, inertia, and about a bearing a weight on a lever.
     fn of_motion(&self) -> SimpleLaws<'_> {
         self.laws(&|m, n| {
             let (q, v) = (m.position[n], m.velocity[n]);
@@ -163,18 +164,18 @@ impl Motions {
     }
 }
 
-/// Simple laws, to be taken out of functions: what is left is that after a regression on these.
+/// Simple laws that are projected out of functions: what is left is the residual of a regression on them.
 struct SimpleLaws<'a> {
     motions: &'a [Motion],
     axis: usize,
-    /// A column for each law, of unit length, and a row for each of all motions.
+    /// A column of unit length for each law, a row for each cycle of all motions.
     laws: DMatrix<f64>,
     normal: Option<Cholesky<f64, Dyn>>,
 }
 
 impl<'a> SimpleLaws<'a> {
     fn new(motions: &'a [Motion], axis: usize, laws: &dyn Fn(&Motion, usize) -> Vec<f64>) -> Self {
-        /// Share of a law that the others have to leave to count.
+        /// Ridge that keeps the normal matrix definite where laws depend on each other.
         const OWN: f64 = 1e-9;
         let rows = motions
             .iter()
@@ -220,7 +221,7 @@ fn wave(k: usize, share: f64) -> f64 {
     (PI * k as f64 * share).cos() / (k.max(1) as f64).powf(1.5)
 }
 
-/// Functions of time: of each log its own.
+/// Functions of time; each belongs to one log and is 0 on the others.
 fn of_time(motions: &[Motion], axis: usize) -> Vec<Function> {
     let mut all = Vec::new();
     for (log, motion) in motions.iter().enumerate() {
@@ -239,8 +240,7 @@ pub(super) struct Motion {
     pub(super) position: Vec<f64>,
     velocity: Vec<f64>,
     acceleration: Vec<f64>,
-    /// Depth of the contact along this axis: positive where the wall pushes forwards, negative where
-    /// it pushes back.
+    /// Depth of the contact along this axis, m: positive where the wall pushes in its positive direction, negative otherwise.
     depth: Vec<f64>,
 }
 
@@ -278,7 +278,7 @@ impl Motion {
         self.position.len()
     }
 
-    /// Direction in which a wall pushes; 0 out of contact.
+    /// Sign of the direction in which a wall pushes; 0 out of contact.
     fn pushes(&self, n: usize) -> f64 {
         match self.depth[n] {
             0.0 => 0.0,
@@ -286,7 +286,7 @@ impl Motion {
         }
     }
 
-    /// How many half periods of time are slower than the motion.
+    /// How many functions of time are slower than the motion.
     fn slower_functions(&self) -> usize {
         let power = periodogram(&self.velocity);
         let total: f64 = power.iter().sum();
@@ -329,7 +329,7 @@ impl Scales {
         (position - self.position.0) / (self.position.1 - self.position.0)
     }
 
-    /// Direction of motion, −1 to 1.
+    /// Direction of motion from −1 to 1, smooth about rest.
     fn side(&self, velocity: f64) -> f64 {
         (velocity / (SLOW * self.speed)).tanh()
     }
@@ -347,7 +347,7 @@ impl Scales {
     }
 }
 
-/// From −1 … 1 to 0 … 1, finer around rest.
+/// Maps −1 … 1 to 0 … 1 by a square root, which is finer around rest.
 fn signed_root(share: f64) -> f64 {
     0.5 + 0.5 * share.signum() * share.abs().sqrt()
 }

@@ -1,11 +1,10 @@
 //! A smooth remainder beside the effects of a hypothesis: what real machines leave that no law of the
 //! catalogue describes.
 //!
-//! On each axis whose residual has structure it is a sum of smooth [`functions`] of position, of
-//! position in each direction, of velocity, of acceleration, of the depth of a contact and of time. Each
-//! group of functions has one variance, which the logs determine by the evidence of all (MacKay 1992;
-//! Tipping 2001). An effect counts if it explains what the remainder in its place would not: compare
-//! Zhu et al., Mech. Syst. Signal Process. 168 (2022) 108660. What even the remainder leaves at the
+//! On each axis whose residual has structure it is a sum of smooth [`functions`] of position, of position in each direction, of
+//! velocity, of acceleration, of the depth of a contact and of time. Each group of functions has one variance, which is found by
+//! the evidence of all logs together (MacKay 1992; Tipping 2001). An effect counts if it explains what the remainder in its place
+//! would not: compare Zhu et al., Mech. Syst. Signal Process. 168 (2022) 108660. The power that even the remainder leaves at the
 //! frequencies of effects says how much less than a value of white noise each value counts.
 
 mod functions;
@@ -26,12 +25,12 @@ use softdock_physics::model::{Axis, Model};
 use softdock_statistics::{DEVIATIONS_95, periodogram};
 use std::ops::Range;
 
-/// Most rounds in which the variances are found.
+/// Most iterations for the variances.
 const ROUNDS: usize = 40;
-/// Change of 2 ln of the evidence from round to round from which they stand: what is asked of it are differences from 6 on.
+/// Change of 2 ln of the evidence per iteration below which they have converged: decisions need differences of 6 or more.
 const SETTLED: f64 = 1e-3;
-/// Precisions, over what the logs say of a function, from which the variances are looked for: of a
-/// remainder that explains all it can, and of one that explains little.
+/// Starting precisions of the amplitudes, relative to the mean precision with which the logs determine them: for a remainder that
+/// explains all it can, and for one that explains little.
 const STARTS: [f64; 2] = [1e-4, 1e-1];
 
 /// How an effect stands beside the remainder.
@@ -39,12 +38,12 @@ const STARTS: [f64; 2] = [1e-4, 1e-1];
 pub(crate) struct Standing {
     /// Evidence for it beside the remainder and the other effects.
     pub evidence: f64,
-    /// Its amount beside the remainder, of that without, with its deviation.
+    /// Ratio of its amount beside the remainder to that without, and the standard deviation of this ratio.
     pub amount: (f64, f64),
 }
 
 impl Standing {
-    /// Whether the logs determine the effect: an interval of 95 % does not hold 0.
+    /// Whether the logs determine the effect: the 95 % interval of its amount leaves out 0.
     pub(crate) fn determines(&self, effect: &Fitted, model: &Model) -> bool {
         let (amount, deviation) = self.amount;
         let mut effect = effect.clone();
@@ -53,8 +52,8 @@ impl Standing {
     }
 }
 
-/// How effects stand beside a remainder on these axes: first the `earlier` ones, which the residual is
-/// already without, then those of a hypothesis.
+/// How effects stand beside a remainder on these axes. The `earlier` effects, which the residual is already without, come first,
+/// then those of a hypothesis.
 pub(crate) fn standings(
     joint: &Joint,
     earlier: &[Fitted],
@@ -69,7 +68,7 @@ pub(crate) fn standings(
     let standing = |(k, effect): (usize, &Fitted)| {
         let terms = regression.effects[k].len() as f64;
         let (without, paid) = match effect.plain(&joint.logs[0].scene.model) {
-            // A detail against what it is a detail of.
+            // A detail is compared with the plain effect that it is a detail of.
             Some(plain) => (regression.with_plain(k, &plain).fit(&all), terms - 1.0),
             None => {
                 let others: Vec<usize> = all.iter().copied().filter(|i| *i != k).collect();
@@ -87,7 +86,7 @@ pub(crate) fn standings(
     effects.map(standing).collect()
 }
 
-/// The smooth remainder beside a hypothesis, with which a search may begin anew.
+/// The smooth remainder beside a hypothesis, for a search beside it.
 pub(crate) fn smooth(joint: &Joint, tested: &Tested, axes: &[Axis]) -> Smooth {
     let regression = Regression::new(joint, &[], tested, axes);
     let all: Vec<usize> = (0..regression.effects.len()).collect();
@@ -111,8 +110,8 @@ pub(crate) fn smooth(joint: &Joint, tested: &Tested, axes: &[Axis]) -> Smooth {
     }
 }
 
-/// 2 ln of the evidence for each of some hypotheses beside a remainder, their prices paid, as the one that leaves least says
-/// how much a value counts.
+/// 2 ln of the evidence for each hypothesis beside a remainder, less the prices of its parameters. All use the smallest `kappa`,
+/// that of the hypothesis that leaves least.
 pub(crate) fn worths(joint: &Joint, all: &[&Tested], axes: &[Axis]) -> Vec<f64> {
     let mut regressions: Vec<Regression> = all
         .iter()
@@ -131,17 +130,17 @@ pub(crate) fn worths(joint: &Joint, all: &[&Tested], axes: &[Axis]) -> Vec<f64> 
     both.map(worth).collect()
 }
 
-/// The smooth remainder itself.
+/// The smooth remainder as a series, and what it depends on.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Remainder {
-    /// What it is of each log, in units of the reading.
+    /// Its values on each log, N or N·m.
     pub of_logs: Vec<Column>,
-    /// What it is a function of, on which axis, with its share in the χ² of all, each alone; the largest first.
+    /// Axis and quantity of each group, and the power of the group as a share of the sum over all groups; the largest first.
     pub follows: Vec<(Axis, Quantity, f64)>,
 }
 
 impl Remainder {
-    /// Whether it says anything of a contact.
+    /// Whether any group depends on the depth of a contact.
     pub(crate) fn is_of_contact(&self) -> bool {
         let contact =
             |quantity: Quantity| matches!(quantity, Quantity::Depth | Quantity::DampedDepth);
@@ -151,7 +150,7 @@ impl Remainder {
     }
 }
 
-/// The remainder on these axes beside effects as they are.
+/// The remainder on these axes, with the effects held at their amounts.
 pub(crate) fn remainder(
     joint: &Joint,
     earlier: &[Fitted],
@@ -179,8 +178,8 @@ pub(crate) fn remainder(
     Remainder { of_logs, follows }
 }
 
-/// Diagonal of the inverse of a matrix of which the factor is given: of each column of the factor's inverse the squared norm. The whole
-/// inverse would take six times as long.
+/// Diagonal of the inverse of a matrix with a given Cholesky factor: the squared norms of the columns of the factor's inverse.
+/// The whole inverse would take six times as long.
 fn variances(factor: &Cholesky<f64, Dyn>) -> Vec<f64> {
     let lower = factor.l_dirty();
     let size = lower.nrows();
@@ -200,25 +199,25 @@ fn variances(factor: &Cholesky<f64, Dyn>) -> Vec<f64> {
     (0..size).map(of_column).collect()
 }
 
-/// The regression of effects and remainder, in units of the noise, with the tolerances spent.
+/// The regression of effects and remainder: whitened, nuisance parameters eliminated.
 struct Regression {
-    /// Terms of effects, then functions.
+    /// Columns of the terms of effects, then of the functions.
     columns: Vec<Column>,
     gram: DMatrix<f64>,
     right: DVector<f64>,
-    /// Terms of each effect.
+    /// Range of columns of each effect.
     effects: Vec<Range<usize>>,
-    /// Groups of functions, counted from the first function.
+    /// Range of each group of functions, counted from the first function.
     groups: Vec<Range<usize>>,
-    /// Values of white noise that count as one.
+    /// Number of values that count as one value of white noise.
     kappa: f64,
 }
 
-/// The best remainder beside some effects.
+/// The remainder with the largest evidence beside some effects.
 struct Fit {
-    /// 2 ln of the evidence for effects at their best amounts and the remainder.
+    /// 2 ln of the evidence for the remainder, with the effects at their best amounts.
     evidence: f64,
-    /// One over the variance of each group.
+    /// Precision (one over the variance) of each group.
     precisions: Vec<f64>,
 }
 
@@ -262,12 +261,12 @@ impl Regression {
         regression
     }
 
-    /// Number of terms.
+    /// Number of columns of effects.
     fn terms(&self) -> usize {
         self.effects.last().map_or(0, |last| last.end)
     }
 
-    /// The same with one term in the place of those of an effect: their sum in these amounts.
+    /// The same regression where effect `k` has one column only: the sum of its columns times these amounts.
     fn with_plain(&self, k: usize, amounts: &[f64]) -> Self {
         let own = self.effects[k].clone();
         let less = own.len() - 1;
@@ -292,14 +291,14 @@ impl Regression {
         }
     }
 
-    /// From now on a value counts as one of `kappa`.
+    /// Divides the weight of all values by `kappa`.
     fn count_less(&mut self, kappa: f64) {
         self.gram /= kappa;
         self.right /= kappa;
         self.kappa *= kappa;
     }
 
-    /// The remainder beside some of the effects.
+    /// The best remainder beside some of the effects, from two starting points.
     fn fit(&self, chosen: &[usize]) -> Fit {
         let fits = STARTS.map(|start| self.fit_from(chosen, start));
         let [much, little] = fits;
@@ -351,7 +350,7 @@ impl Regression {
         best
     }
 
-    /// Factor of products with the precisions of the functions, which begin at a row.
+    /// Cholesky factor of the normal matrix: products plus the precisions of the functions, whose first row is `first`.
     fn normal(
         &self,
         gram: &DMatrix<f64>,
@@ -367,7 +366,7 @@ impl Regression {
         Cholesky::new(normal)
     }
 
-    /// Products of the functions with the effects taken out, and what the effects alone gain.
+    /// Products of the functions with the effects projected out, and the gain in χ² of the effects alone.
     fn beside(&self, chosen: &[usize]) -> (DMatrix<f64>, DVector<f64>, f64) {
         let (functions, right) = self.functions();
         if chosen.is_empty() {
@@ -389,7 +388,7 @@ impl Regression {
         )
     }
 
-    /// Products of the functions alone.
+    /// Products of the functions, effects not considered.
     fn functions(&self) -> (DMatrix<f64>, DVector<f64>) {
         let first = self.terms();
         let size = self.gram.nrows() - first;
@@ -399,7 +398,8 @@ impl Regression {
         )
     }
 
-    /// Amplitudes of the functions beside the effects as they are, and the share of each group in the sum of all.
+    /// Amplitudes of the functions beside the effects at their amounts, and the power of each group as a share of the sum over
+    /// all.
     fn amplitudes(&self, fit: &Fit) -> (Vec<f64>, Vec<f64>) {
         let (functions, mut right) = self.functions();
         for k in 0..self.terms() {
@@ -409,7 +409,7 @@ impl Regression {
             return (vec![0.0; right.len()], vec![0.0; self.groups.len()]);
         };
         let amplitudes = normal.solve(&right);
-        // Of each group alone: groups that cancel each other in part would have more than all of it.
+        // Each group is taken by itself, as groups that cancel each other in part would have more power than their sum.
         let power = |group: &Range<usize>| -> f64 {
             let (from, count) = (group.start, group.len());
             let own = amplitudes.rows(from, count);
@@ -421,8 +421,8 @@ impl Regression {
         (amplitudes.as_slice().to_vec(), shares)
     }
 
-    /// Amounts of the effects beside the remainder, with their deviations: of several terms along what
-    /// they are without.
+    /// Ratio of each effect's amount beside the remainder to that without, and its standard deviation. Of an effect with several
+    /// terms it is the amount along their values without the remainder.
     fn amounts(&self, fit: &Fit) -> Vec<(f64, f64)> {
         let Some(normal) = self.normal(&self.gram, self.terms(), &fit.precisions) else {
             return vec![(0.0, f64::INFINITY); self.effects.len()];
@@ -443,7 +443,8 @@ impl Regression {
         self.effects.iter().map(amount).collect()
     }
 
-    /// Power that effects and remainder leave on these axes where effects live, in units of the noise.
+    /// Mean power, in units of the noise, that effects and remainder leave on these axes at the frequencies of effects; at least
+    /// 1.
     fn left_over(&self, joint: &Joint, earlier: usize, axes: &[Axis], fit: &Fit) -> f64 {
         let Some(normal) = self.normal(&self.gram, self.terms(), &fit.precisions) else {
             return 1.0;

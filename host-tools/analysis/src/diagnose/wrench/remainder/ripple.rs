@@ -1,5 +1,5 @@
-//! A ripple: what is left of the reading and repeats along the axis, as the teeth of a gear, the poles of a motor or the
-//! pitch of a screw make it.
+//! A ripple: a part of the residual that repeats along the axis, as the teeth of a gear, the poles of a motor or the pitch of a
+//! screw cause it.
 
 use super::functions::Motion;
 use crate::diagnose::noise::structure::LINE;
@@ -13,23 +13,23 @@ use softdock_report::number;
 use softdock_statistics::{median, periodogram};
 use std::f64::consts::TAU;
 
-/// Periods in the travel from which something repeats: with fewer, a smooth function of the position looks so.
+/// Fewest periods in the travel: with fewer, a smooth function of the position looks the same.
 const FEWEST_PERIODS: usize = 3;
-/// Most of them that are looked for.
+/// Most periods in the travel that are looked for.
 const MOST_PERIODS: usize = 4096;
-/// Rows in a period at the usual speed, at the least.
+/// Fewest rows in a period at the median speed.
 const ROWS: f64 = 4.0;
-/// Parts of the shortest period whose rows are summed up.
+/// Bins in the shortest period; the rows in each bin are summed.
 const PARTS: usize = 8;
-/// How much finer than the travel resolves them the periods are looked for.
+/// How much finer the grid of lines is than the resolution that the travel gives.
 const FINER: usize = 2;
-/// Lines to either side out of which one has to stand.
+/// Lines on either side with whose median a line is compared.
 const BESIDE: usize = 16;
-/// How exactly a period is looked for, in the distance of two lines.
+/// Precision of the period, as a share of the distance between two lines.
 const PRECISE: f64 = 1e-3;
-/// Most lines of one axis that are looked at: the teeth, their fractions and multiples.
+/// Most lines of one axis that are considered: those of the teeth, their fractions and multiples.
 const MOST: usize = 4;
-/// Share of what is left from which a ripple is told.
+/// Share of the residual's square from which a ripple is reported.
 const SHARE: f64 = 0.05;
 
 /// What repeats along an axis.
@@ -37,15 +37,16 @@ const SHARE: f64 = 0.05;
 pub(crate) struct Ripple {
     /// The axis.
     pub axis: Axis,
-    /// After which it repeats, m or rad.
+    /// Length after which it repeats, m or rad.
     pub period: f64,
-    /// How often it does so over the travel of all logs.
+    /// Number of periods in the travel of all logs.
     pub periods: f64,
-    /// In all logs together, N or N·m.
+    /// Amplitude over all logs that show it, N or N·m.
     pub amplitude: f64,
-    /// Share in the square of what is left of the axis, in the log where it is least.
+    /// Share in the square of the residual on this axis, in the log where that is smallest.
     pub share: f64,
-    /// The position is that along the guide, or about the bearing, from one origin: what an own hypothesis calls `position`.
+    /// Whether the position is that along the guide, or about the bearing, with one origin in all logs, as `position` of an own
+    /// hypothesis is.
     pub of_guide: bool,
 }
 
@@ -66,7 +67,7 @@ impl Ripple {
         }
     }
 
-    /// How an own hypothesis says so, if it can.
+    /// The own hypothesis that describes it, in words; `None` if its position is not that of the guide.
     pub(crate) fn hypothesis(&self) -> Option<String> {
         let (force, length) = match self.axis.is_rotation() {
             true => ("n_m", "rad"),
@@ -82,12 +83,12 @@ impl Ripple {
     }
 }
 
-/// What one log leaves on an axis, less its mean.
+/// The residual of one log on an axis, its mean removed, with the positions.
 #[derive(Clone)]
 struct Rest {
     position: Vec<f64>,
     values: Vec<f64>,
-    /// From its lowest to its highest position.
+    /// Difference between the highest and the lowest position.
     travel: f64,
 }
 
@@ -106,7 +107,7 @@ impl Rest {
         }
     }
 
-    /// Whether it moves far enough to show so many periods per m or rad.
+    /// Whether the log travels enough of these periods; `rate`: periods per m or rad.
     fn shows(&self, rate: f64) -> bool {
         self.travel * rate >= FEWEST_PERIODS as f64
     }
@@ -116,7 +117,8 @@ impl Rest {
         self.values.iter().map(|r| r * r).sum()
     }
 
-    /// Takes what repeats after a period out of what is left, by least squares beside a constant; the square of its amplitude.
+    /// Subtracts the sine and cosine of a period from the residual, fitted by least squares beside a constant. Returns the square
+    /// of their amplitude.
     fn take(&mut self, period: f64) -> f64 {
         let waves = self.position.iter().map(|x| (TAU * x / period).sin_cos());
         let rows: Vec<[f64; 3]> = waves.map(|(sin, cos)| [1.0, sin, cos]).collect();
@@ -132,8 +134,8 @@ impl Rest {
         amplitudes[1].hypot(amplitudes[2]).powi(2)
     }
 
-    /// Power of lines over the position, over the power beside each: of what is left, 0 where the positions alone have a line, as
-    /// those of a motion in equal steps do: what follows such a motion repeats with it.
+    /// Power of each line in the residual over position, relative to the lines beside it. 0 where the positions alone have a
+    /// line: a motion in equal steps has one, and all that follows such a motion repeats with it.
     fn lines(&self, grid: &Grid) -> Vec<f64> {
         let of_values = grid.lines(
             self.position
@@ -167,7 +169,7 @@ pub(crate) fn ripples(joint: &Joint, accepted: Option<&Tested>, axes: &[Axis]) -
 }
 
 fn is_of_guide(log: &PreparedLog, axis: Axis) -> bool {
-    /// Cosine of an angle between two axes that are one.
+    /// Cosine of the angle up to which two axes are called the same.
     const ALONG: f64 = 0.999_999;
     let scene = &log.scene;
     let is_it = match scene.model.bearing() {
@@ -212,7 +214,7 @@ fn of_rests(axis: Axis, mut rests: Vec<Rest>) -> Vec<Ripple> {
     all
 }
 
-/// The period with which least is left, near a line.
+/// The period near a line with which least is left.
 fn refined(rests: &[Rest], (line, within): (f64, f64)) -> f64 {
     let left = |rate: f64| -> f64 {
         let of = |rest: &Rest| {
@@ -226,7 +228,7 @@ fn refined(rests: &[Rest], (line, within): (f64, f64)) -> f64 {
     rate.recip()
 }
 
-/// The lines that are looked for: their number, and the range of positions.
+/// The lines that are looked for: how many, and over which range of positions.
 struct Grid {
     low: f64,
     travel: f64,
@@ -234,7 +236,7 @@ struct Grid {
 }
 
 impl Grid {
-    /// Over the travel of all logs, as fine as their usual step allows. None where they hardly move.
+    /// A grid over the travel of all logs, as fine as their median step allows. `None` where they hardly move.
     fn of(rests: &[Rest]) -> Option<Self> {
         let all = || rests.iter().flat_map(|rest| &rest.position).copied();
         let low = all().reduce(f64::min)?;
@@ -256,7 +258,7 @@ impl Grid {
         (line + 1) as f64 / (FINER as f64 * self.travel)
     }
 
-    /// Power of each line of values at positions over the power beside it.
+    /// Power of each line of values over positions, relative to the lines beside it.
     fn lines(&self, rows: impl Iterator<Item = (f64, f64)>) -> Vec<f64> {
         let parts = PARTS * self.periods;
         let mut sums = vec![0.0; FINER * parts];
@@ -276,7 +278,8 @@ impl Grid {
     }
 }
 
-/// The strongest line over the position that stands out in each log that shows it: periods per m or rad, and how exactly.
+/// The strongest line over the position that stands out in each log that travels far enough: its rate in periods per m or rad,
+/// and the distance between two lines.
 fn strongest_line(rests: &[Rest]) -> Option<(f64, f64)> {
     let grid = Grid::of(rests)?;
     let each: Vec<Vec<f64>> = rests.iter().map(|rest| rest.lines(&grid)).collect();
@@ -301,7 +304,7 @@ mod tests {
     use super::*;
     use softdock_statistics::RandomStream;
 
-    /// Swings of 0.3 m, with noise of 1 and what `force` says of time and position beside it.
+    /// Swings of 0.3 m, with `force`, a function of time and position, and noise of 1.
     fn logs(force: impl Fn(f64, f64) -> f64) -> Vec<Rest> {
         let log = |seed: u64| {
             let mut random = RandomStream::new(seed, 0);
@@ -354,7 +357,7 @@ mod tests {
         assert_eq!(of_rests(Axis::X, vec![log(1), log(2)]), []);
     }
 
-    /// One that rests has no say.
+    /// A log that rests is not asked.
     #[test]
     fn a_log_that_hardly_moves_hides_no_ripple() {
         let mut both = logs(|_, x| 0.9 * (TAU * x / 0.0123).sin());

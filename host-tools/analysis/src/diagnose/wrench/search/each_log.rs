@@ -1,4 +1,5 @@
-//! Whether the logs are of one machine: effects whose amounts differ, and those that one log alone shows.
+//! Whether the logs are of one machine in one state: finds effects whose amounts differ from log to log, or that one log alone
+//! shows.
 
 use super::{Disagreement, Work};
 use crate::diagnose::evidence::{self, DIFFERS, MOST};
@@ -37,15 +38,15 @@ impl Disagreement {
         }
     }
 
-    /// Whether one log shows so much more of anything than another, by [`DIFFERS`] for two logs that weigh as much: of all amounts in
-    /// the same unit together, as a weight that hangs to one side has a sine or a cosine that is next to nothing, and may be of
-    /// either sign.
+    /// Whether one log shows so much more of something than another, by [`DIFFERS`]. A difference is compared with the size of
+    /// all amounts in the same unit together: of a weight that hangs to one side either the sine or the cosine is next to
+    /// nothing, and may have either sign.
     pub(super) fn differs(&self) -> bool {
         self.units_that_differ().next().is_some()
     }
 
-    /// Whether all logs show what differs in the same sense: a weight that hangs up in one log and down in another is a form of
-    /// something else that is left.
+    /// Whether what differs has the same sign in all logs. A weight that hangs up in one log and down in another fits something
+    /// else that is left.
     pub(super) fn is_of_all(&self) -> bool {
         self.units_that_differ().all(|unit| {
             let in_one_sense = |[one, other]: [usize; 2]| self.product(unit, one, other) > 0.0;
@@ -66,7 +67,7 @@ impl Disagreement {
         of.map(|(_, unit, _)| *unit)
     }
 
-    /// Sum of the products of all amounts in a unit that two logs show.
+    /// Sum over all amounts in a unit of their products in two logs.
     fn product(&self, unit: &str, one: usize, other: usize) -> f64 {
         let same = self.amounts.iter().filter(|amount| amount.1 == unit);
         same.map(|(.., values)| values[one] * values[other]).sum()
@@ -79,8 +80,9 @@ impl Disagreement {
 }
 
 impl Work<'_> {
-    /// Effects about which the logs disagree: in amounts of its own for each log they explain more. What all logs show
-    /// even so is something else, which is of no log alone.
+    /// Effects about which the logs disagree: amounts of each log's own explain more than common ones. What is left in all logs
+    /// even with own amounts is no difference between logs, and then such effects count only in two cases: the answer leaves most
+    /// of one log, or own amounts explain most of what is left.
     pub(crate) fn disagreeing(&self, accepted: Option<&Tested>) -> Vec<Disagreement> {
         let one = self.of_one_log(accepted);
         let mut all: Vec<Disagreement> = one
@@ -114,7 +116,7 @@ impl Work<'_> {
         all
     }
 
-    /// Effects of which one log shows half as much again as the others.
+    /// Effects of which one log shows half as much again as the others, in the sense of [`DIFFERS`], with enough evidence for it.
     fn differing(&self, accepted: &Tested) -> Vec<&'static str> {
         let each = self.joint.contrasts(accepted).into_iter();
         let each = each.zip(&accepted.effects);
@@ -124,7 +126,7 @@ impl Work<'_> {
         differing.map(|(_, effect)| effect.id).collect()
     }
 
-    /// Whether so much that so many amounts of each log's own explain is more than what common ones leave by their form.
+    /// Whether `own`, the gain of that many further amounts, is more than errors of form of the common effects may cause.
     pub(super) fn says_that_logs_disagree(
         &self,
         own: f64,
@@ -135,15 +137,15 @@ impl Work<'_> {
         evidence::disagree(own, explained, amounts, self.joint.problem.count)
     }
 
-    /// Whether there is a log of which a hypothesis leaves [`MOST`], with nothing that was known before it.
+    /// Whether a hypothesis leaves more than [`MOST`] of a log, and nothing was known before it.
     fn leaves_most_of_a_log(&self, accepted: &Tested) -> bool {
         let mut logs = self.joint.problem.chi2_of_logs.iter().zip(&accepted.gains);
         self.joint.known <= 0.0 && logs.any(|(chi2, gain)| chi2 - gain > MOST * chi2)
     }
 
-    /// Whether the effects of a hypothesis, in amounts of its own, explain most of what their common amounts leave of a log of
-    /// which these leave most: the hypothesis is about the other logs, whatever else all of them show. Nominal parameters are
-    /// the same in all logs.
+    /// Whether there is a log of which common amounts leave most, and of this rest the log's own amounts of the same effects
+    /// explain most. The hypothesis is then about the other logs, whatever else all logs show. Nominal parameters are the same in
+    /// all logs.
     fn is_of_other_logs(&self, accepted: &Tested, each: &[Tested]) -> bool {
         let problem = &self.joint.problem;
         let own = self.gains(each);
@@ -159,8 +161,8 @@ impl Work<'_> {
         })
     }
 
-    /// Whether the effects of a hypothesis as each log alone has them explain most of what their common amounts leave of χ²: a machine
-    /// leaves something in any case, of which no amounts are the cause.
+    /// Whether own amounts of each log explain most of the χ² that common amounts leave. A machine always leaves something for
+    /// which no amounts are the cause.
     fn explain_most(&self, accepted: &Tested, each: &[Tested]) -> bool {
         let chi2: f64 = self.joint.problem.chi2_of_logs.iter().sum();
         let common: f64 = accepted.gains.iter().sum();
@@ -168,14 +170,14 @@ impl Work<'_> {
         each.iter().all(|own| own.wrong.is_empty()) && more > MOST * (chi2 - common)
     }
 
-    /// By how much χ² of each log falls with amounts of its own.
+    /// By how much χ² of each log falls with its own amounts.
     fn gains(&self, each: &[Tested]) -> Vec<f64> {
         let problem = &self.joint.problem;
         let parts = self.contributions(each);
         problem.gains(&problem.whitened(&parts.iter().collect::<Vec<_>>()))
     }
 
-    /// What each log's own amounts contribute to it.
+    /// What the own amounts of each log contribute to its reading.
     fn contributions(&self, each: &[Tested]) -> Vec<Column> {
         let parts = each.iter().zip(&self.joint.logs);
         parts
@@ -190,7 +192,7 @@ impl Work<'_> {
             .collect()
     }
 
-    /// The effects as each log alone has them.
+    /// A hypothesis fitted to each log by itself. One entry per log.
     pub(super) fn of_each_log(&self, hypothesis: &Hypothesis) -> Vec<Tested> {
         let of = |log: usize| {
             let problem = self.joint.of_rows(|k, _| k == log);
@@ -205,15 +207,15 @@ impl Work<'_> {
         (0..self.joint.logs.len()).into_par_iter().map(of).collect()
     }
 
-    /// Whether the effects as each log alone has them leave no structure that all logs show.
+    /// Whether the effects, fitted to each log by itself, leave no structure that all logs show.
     fn leave_nothing(&self, each: &[Tested]) -> bool {
         let gain = each.iter().map(|own| own.gain).sum();
         !left::of_wrench_apart(self.joint, &self.contributions(each), gain).any()
     }
 
-    /// The effect that one log alone shows, if it explains more by itself than what all logs are said to
-    /// have in common: several effects together imitate what changes from log to log. Steps of a
-    /// reading look different in each log.
+    /// The effect that one log alone shows, if it explains more there than the common answer does in all logs: several effects
+    /// together can imitate what changes from log to log. `None` for a single log, or for rounded readings, whose steps look
+    /// different in each log.
     fn of_one_log(&self, accepted: Option<&Tested>) -> Option<Hypothesis> {
         let (problem, logs) = (&self.joint.problem, self.joint.logs.len());
         if logs < 2 || self.joint.is_rounded() {
@@ -288,7 +290,7 @@ mod tests {
         assert!(spring.is_of_all());
     }
 
-    /// Half as much again differs, a third does not; a small cosine beside a sine of 2 N·m does not.
+    /// Half as much again differs, a third more does not; nor does a small cosine beside a sine of 2 N·m.
     #[test]
     fn amounts_differ_by_what_all_of_a_unit_are() {
         assert!(differs(&[("force_n", "N", [1.0, 1.55])]));

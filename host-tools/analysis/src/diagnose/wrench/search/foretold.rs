@@ -1,4 +1,5 @@
-//! What a search ends in: effects that are worth their price beside each other and foretell logs that no fit has seen.
+//! The last steps of a search: keeps effects that are worth their price beside each other and that foretell logs which no fit has
+//! seen.
 
 use super::model_selection::with_forms_reselected;
 use super::{TRIED, Work, without};
@@ -13,8 +14,9 @@ use std::collections::BTreeSet;
 use std::sync::{MutexGuard, PoisonError};
 
 impl Work<'_> {
-    /// Without the effects that are not worth their price beside the others. Of several, each of which the others
-    /// nearly imitate, the one goes without which the logs of the fit foretell the unseen ones best.
+    /// Removes effects that are not worth their price beside the others, one at a time. If there are several, as the others
+    /// nearly imitate each, that one goes without which a fit to the logs of the fit foretells the unseen logs best. `None` if
+    /// nothing is left.
     fn pruned(&self, found: Tested) -> Option<Tested> {
         let mut now = found;
         loop {
@@ -43,16 +45,16 @@ impl Work<'_> {
             };
             match order.into_iter().find_map(rest) {
                 Some(rest) => now = rest,
-                // Nothing that may go, or nothing without which the others are possible.
+                // Either all are worth their price, or the rest would be impossible without any of those that are not.
                 None => return Some(now),
             }
         }
     }
 
-    /// From a start to effects that foretell the unseen logs: forms that do not are left out, and the search goes on
-    /// without them, in the end without adding others. And whether the climbs came to their ends.
+    /// Climbs from a start to a hypothesis that foretells the unseen logs. Forms that do not are excluded and the search goes on
+    /// without them; after some such replacements nothing is added any more. The flag says whether all climbs came to their ends.
     pub(crate) fn settled(&self, start: Tested) -> (Option<Tested>, bool) {
-        /// Effects in whose place others are looked for.
+        /// Replacements after which the search adds nothing more.
         const REPLACED: usize = 3;
         let mut starts = vec![start];
         let mut ended = true;
@@ -90,7 +92,7 @@ impl Work<'_> {
             let Some(rest) = rest.filter(|rest| !rest.parts.is_empty()) else {
                 return (None, ended);
             };
-            // Signs that physics forbids may be right beside one more effect.
+            // A sign that physics forbids may become right beside one more effect.
             let rest = self.test(&rest);
             starts = match self.is_possible(&rest) {
                 true => vec![rest],
@@ -103,7 +105,8 @@ impl Work<'_> {
         }
     }
 
-    /// A hypothesis if it is possible; else the best one of the same effects in other forms, or without one of them, that is.
+    /// The hypothesis itself if it is possible. Else the best possible one of the same effects in other forms, or without one of
+    /// them.
     fn possible(&self, now: Tested) -> Option<Tested> {
         if self.is_possible(&now) {
             return Some(now);
@@ -119,8 +122,8 @@ impl Work<'_> {
         self.misled.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The effect with which the unseen logs are foretold worse than without it, by more than would name it: what is there
-    /// without it, and its forms that are no better.
+    /// The effect whose removal improves the error on the unseen logs most, if by more than would name an effect. Returns the
+    /// parts without it, and those of its forms that are no better. `None` if there is no such effect, or no unseen log.
     fn misleading(&self, accepted: &Tested) -> Option<(Vec<Part>, Vec<usize>)> {
         let parts = self.parts(accepted);
         let with = self.foretold(parts.clone())?;
@@ -146,8 +149,8 @@ impl Work<'_> {
         Some((without(&parts, place), same.filter(misleads).collect()))
     }
 
-    /// Whether physics forbids a hypothesis with the parameters that the logs of the fit have when they are estimated, and with those of
-    /// all logs, too: the screening, in which some of them stand nearly as they were found alone, may allow it.
+    /// Whether physics forbids the parameters of a hypothesis when they are estimated, both from the logs of the fit and from all
+    /// logs. Screening may allow it, as it leaves some parameters close to the values that they have alone.
     fn is_forbidden_when_estimated(&self, accepted: &Tested) -> bool {
         let hypothesis = evaluate(self.library, self.parts(accepted), self.price);
         let is_forbidden = |hypothesis: &Hypothesis| {
@@ -157,14 +160,14 @@ impl Work<'_> {
         hypothesis.as_ref().is_some_and(is_forbidden)
     }
 
-    /// Effects that are not possible together, in the order of the alphabet.
+    /// Sets of effects that are not possible together, ids in alphabetical order.
     pub(crate) fn forbidden(&self) -> MutexGuard<'_, BTreeSet<Vec<&'static str>>> {
         let forbidden = self.forbidden.lock();
         forbidden.unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A detail of other effects, with which the logs of the fit alone ask for what physics forbids, and without which they do not: what is
-    /// there without it, and its forms. Of what several logs show, a detail is the part that each has to have.
+    /// A detail that is at fault when the logs of the fit alone give parameters that physics forbids: without it they do not.
+    /// Each of several logs has to show a detail. Returns the parts without it and all its forms.
     fn contradicted(&self, accepted: &Tested) -> Option<(Vec<Part>, Vec<usize>)> {
         let parts = self.parts(accepted);
         let effect = |variant: usize| self.library.variants[variant].effect;
@@ -182,13 +185,13 @@ impl Work<'_> {
         Some((without(&parts, place), same.collect()))
     }
 
-    /// With effects that explain no more than errors of the form of the others may, but foretell the unseen logs so much better
-    /// that they are no such errors: these would be others in another motion.
+    /// Adds effects that explain no more than errors of form of the others could, but without which the unseen logs are foretold
+    /// much worse: an error of form would be another one in another motion.
     pub(crate) fn with_small(&self, accepted: Tested) -> Tested {
-        /// Most effects with those.
+        /// Most effects, those included.
         const MOST_IN_ALL: usize = 8;
         let mut now = accepted;
-        // Beside a remainder, which holds such errors, the search asks for no more.
+        // Beside a remainder, which covers errors of form, the climb has accepted such effects already.
         while now.effects.len() < MOST_IN_ALL && self.joint.explained(now.gain) > 0.0 {
             let parts = self.parts(&now);
             let Some(alone) = evaluate(self.library, parts.clone(), self.price) else {
@@ -209,8 +212,8 @@ impl Work<'_> {
         now
     }
 
-    /// Whether more effects foretell the unseen logs much better, and, where more than noise is left, of which errors of form are a
-    /// part, those that they are fitted to as well.
+    /// Whether more effects reduce the error on the unseen logs by the factor [`FORETELLS`]. Where more than noise is left, which
+    /// includes errors of form, the error on the logs of the fit has to fall as much.
     fn foretells(&self, less: &Tested, more: &Tested) -> bool {
         let errors = |t: &Tested| Some(self.joint.errors(&self.of_the_fit(self.parts(t))?));
         let much = self.joint.has_much_left(more.gain);
@@ -220,7 +223,7 @@ impl Work<'_> {
         })
     }
 
-    /// A hypothesis that is fitted to the logs of the fit; none if there are no others.
+    /// A hypothesis fitted to the logs of the fit; `None` if these are all logs, or the parts have no solution.
     fn of_the_fit(&self, parts: Vec<Part>) -> Option<Tested> {
         if self.joint.fitted >= self.joint.logs.len() {
             return None;
@@ -235,7 +238,7 @@ impl Work<'_> {
         ))
     }
 
-    /// Fall of χ² of the unseen logs by a hypothesis that is fitted to the others; none if there are none.
+    /// Fall of χ² on the unseen logs by a hypothesis that is fitted to the others; `None` if there are no unseen logs.
     fn foretold(&self, parts: Vec<Part>) -> Option<f64> {
         let fitted = self.joint.fitted;
         let of_fit = self.of_the_fit(parts)?;

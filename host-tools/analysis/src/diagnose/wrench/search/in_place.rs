@@ -1,4 +1,4 @@
-//! What else may stand in the place of what was found.
+//! Hypotheses with another effect in the place of an accepted one.
 
 use super::model_selection::{Rival, rivals};
 use super::{TRIED_LATER, Work, without};
@@ -8,8 +8,8 @@ use std::collections::BTreeSet;
 use std::sync::PoisonError;
 
 impl Work<'_> {
-    /// More than two effects and the best others of as many: those of fewer come first in a search and are listed anyway. Each
-    /// effect has others in its place, with which the search may not have gone on.
+    /// The best rivals with as many effects, if there are more than two. (Hypotheses of one or two effects are all listed from
+    /// the beginning of a search.) The climb may not have tried others in the place of each effect.
     pub(crate) fn alike(&self, accepted: &Tested) -> Vec<Tested> {
         match accepted.effects.len() < 3 {
             true => Vec::new(),
@@ -17,7 +17,7 @@ impl Work<'_> {
         }
     }
 
-    /// The best of as many effects, with some others in each place.
+    /// The best hypotheses with as many effects as the accepted one, after trying some others in each place.
     pub(crate) fn exchanges(&self, accepted: &Tested, others_each: usize) -> Vec<Tested> {
         let count = accepted.effects.len();
         let parts = self.parts(accepted);
@@ -35,8 +35,8 @@ impl Work<'_> {
         alike
     }
 
-    /// With the best of what an effect of several amounts is confused with in its place, and the best beside that: over a small angle the weight of a
-    /// link is a spring and an offset.
+    /// Replaces an effect of several amounts by two that it is confused with, chosen one after the other: over a small angle the
+    /// weight of a link is a spring and an offset.
     pub(crate) fn in_twos(&self, accepted: &Tested) -> Vec<Tested> {
         let parts = self.parts(accepted);
         let in_twos = |place: usize| -> Option<Hypothesis> {

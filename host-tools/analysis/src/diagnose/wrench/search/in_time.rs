@@ -1,4 +1,4 @@
-//! What moves the reading in time, beside sharper forms of what it moves.
+//! Late effects (those that move the reading in time), tested beside sharper forms of the effects that they move.
 
 use super::model_selection::{away, other_forms};
 use super::{MOST, Work};
@@ -11,8 +11,9 @@ use softdock_physics::model::load::effects::Shape;
 use std::collections::BTreeMap;
 
 impl Work<'_> {
-    /// The best hypothesis with the sharpest form of something that was found and what moves that in time. A reading that is
-    /// late makes a reversal look round, and beside the round form it does not look late: neither is found without the other.
+    /// The best hypothesis that combines a late effect with the sharpest form of an effect that was found. A late reading makes a
+    /// reversal look round, and beside the round form it does not look late: neither is found without the other. `None` if the
+    /// answer has a late effect already, has no room for one, or leaves little.
     pub(crate) fn late_beside_sharp_forms(&self, accepted: &Tested) -> Option<Tested> {
         let is_full = accepted.effects.len() >= MOST;
         if is_full || self.is_late(accepted) || !self.joint.has_much_left(accepted.gain) {
@@ -47,7 +48,7 @@ impl Work<'_> {
             .max_by(|a, b| a.evidence.total_cmp(&b.evidence))
     }
 
-    /// The parts with the sharpest form of one of them; none if it has that already.
+    /// The parts, with one of them in its sharpest form; `None` if it has that already.
     fn with_sharp_form(&self, parts: &[Part], place: usize) -> Option<Vec<Part>> {
         let now = &self.library.variants[parts[place].variant];
         let shapes = || now.effect.shapes.iter().enumerate();
@@ -71,7 +72,7 @@ impl Work<'_> {
         (!is_sharp(now)).then_some(other)
     }
 
-    /// With the form of each that is best beside what moves it in time; none if none is better.
+    /// The best other form of one of the loads beside the same late effect; `None` if none is better.
     fn with_other_forms(&self, late: &Hypothesis) -> Option<Hypothesis> {
         let (last, rest) = late.parts.split_last()?;
         let forms = (0..rest.len()).flat_map(|place| other_forms(self.library, rest, place));
@@ -82,7 +83,7 @@ impl Work<'_> {
         (best.evidence > late.evidence).then_some(best)
     }
 
-    /// With a variant that moves the others in time as they are.
+    /// Adds a late variant, whose column is computed around the load of the other parts.
     fn with_late(&self, mut parts: Vec<Part>, late: usize) -> Option<Hypothesis> {
         let used = (0..self.library.variants[late].columns.len()).collect();
         parts.push(Part {

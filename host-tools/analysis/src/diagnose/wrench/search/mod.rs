@@ -28,18 +28,18 @@ use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Mutex, PoisonError};
 
-/// Pieces of a log that are left out in turn.
+/// Pieces into which the logs are cut, to leave out each in turn.
 const PIECES: usize = 6;
 /// Most effects on one channel.
 const MOST: usize = 5;
-/// Hypotheses that are refined, alone and in pairs.
+/// Hypotheses that are refined at the start: so many of one effect, and so many pairs.
 const TRIED: usize = 12;
 /// Hypotheses that are refined at each further step.
 const TRIED_LATER: usize = 3;
-/// Starts from which the search goes on, each with other effects.
+/// Starts of a climb, each with other effects.
 const STARTS: usize = 2;
-/// Steps after which a climb is ended. To add [`MOST`] effects and to exchange each once takes half of
-/// them; of 43 logs with up to three effects none takes more than 4.
+/// Steps after which a climb is ended. To add [`MOST`] effects and to exchange each once takes half of them; of 43 logs with up
+/// to three effects none takes more than 4 steps.
 const STEPS: usize = 4 * MOST;
 /// Gain in χ² below which a hypothesis is not looked at again.
 const NEGLIGIBLE_GAIN: f64 = 15.0;
@@ -47,22 +47,21 @@ const NEGLIGIBLE_GAIN: f64 = 15.0;
 /// Result of the search on the reading.
 #[derive(Default)]
 pub(crate) struct Found {
-    /// What is accepted, if anything: its parameters are those of the logs of the fit.
+    /// The accepted hypothesis, if any. Its parameters are those of the logs of the fit.
     pub accepted: Option<Tested>,
     /// What speaks for each accepted effect.
     pub support: Vec<Support>,
-    /// All that were tried, best first.
+    /// All hypotheses that were tried, best first.
     pub ranked: Vec<Tested>,
-    /// Effects of the same kind in the place of one of several that are accepted.
+    /// Rivals of the same kind as one of several accepted effects, in its place.
     pub rivals: Vec<Rival>,
-    /// Steps after which the search was ended, if the evidence rose still.
+    /// Number of steps after which the search was ended although the evidence was still rising.
     pub ended_after: Option<usize>,
     /// Effects about which the logs disagree.
     pub disagreeing: Vec<Disagreement>,
-    /// Ids of what was accepted before that was asked beside it which moves the reading in time; empty where nothing
-    /// came of it.
+    /// Ids of the effects that were accepted before late effects were tried beside them; empty if no late effect was added.
     pub before_late: Vec<String>,
-    /// Ids of effects in whose place a curve that fits many mechanisms does as well.
+    /// Ids of late effects that were removed, as a general curve does as well in their place.
     pub curve_in_place_of: Vec<String>,
 }
 
@@ -71,24 +70,25 @@ pub(crate) struct Found {
 pub(crate) struct Disagreement {
     /// Its id.
     pub id: &'static str,
-    /// Its coefficients with units, as each log alone has them.
+    /// Name, unit and values of each coefficient; one value per log, each fitted to that log alone.
     pub amounts: Vec<(&'static str, &'static str, Vec<f64>)>,
 }
 
-/// What is asked of a search.
+/// The options of a search.
 pub(crate) struct Ask<'a> {
     /// Effects that are in the model already, or not to be tried.
     pub excluded: &'a dyn Fn(&str) -> bool,
-    /// The best hypothesis is taken although it is not significant.
+    /// Take the best hypothesis even if it is not significant.
     pub forced: bool,
-    /// Whether the logs disagree is asked, too.
+    /// Also ask whether the logs disagree.
     pub each_log: bool,
-    /// Who follows it.
+    /// Receives each hypothesis when it is tried.
     pub watch: Watch<'a>,
 }
 
 impl Found {
-    /// The same after a search in which logs disagreed: what is refused accounts for no difference of theirs.
+    /// The result of a search that was repeated after one in which logs disagreed. If it finds nothing, the disagreement stands,
+    /// as nothing accounts for it.
     fn after(self, disagreeing: Vec<Disagreement>) -> Self {
         match self.accepted.is_none() && self.disagreeing.is_empty() {
             true => Self {
@@ -110,18 +110,19 @@ struct Work<'a> {
     /// Details of other effects may stand alone.
     any: bool,
     watch: Watch<'a>,
-    /// What was tested: ways to a hypothesis meet.
+    /// Hypotheses that were tested, by parts, as several paths lead to the same one.
     known: Mutex<BTreeMap<Vec<Part>, Tested>>,
-    /// Variants that foretell the unseen logs worse than nothing in their place.
+    /// Places of variants that foretell the unseen logs worse than nothing in their place does.
     misled: Mutex<BTreeSet<usize>>,
     /// Effects that physics forbids together when their parameters are estimated.
     forbidden: Mutex<BTreeSet<Vec<&'static str>>>,
 }
 
-/// Searches. Tolerances that the answer strains are taken away, and the search begins anew; what moves the reading in
-/// time, and what the shapes that are tried may hide, is asked once more beside what was found.
+/// Searches for effects. If the answer needs nominal parameters too far off, these are held at their values and the search is
+/// repeated. Beside the answer late effects, and effects that too coarse grids of shapes may have hidden, are then asked once
+/// more.
 pub(crate) fn search(joint: &mut Joint, ask: &Ask<'_>) -> Found {
-    /// Tolerances that turn out to be strained when others were taken away.
+    /// Repetitions, as further parameters may turn out to be too far off when others are held.
     const ROUNDS: usize = 3;
     let mut library = Library::new(joint, ask.excluded);
     let mut found = searched(joint, &library, ask);
@@ -138,7 +139,8 @@ pub(crate) fn search(joint: &mut Joint, ask: &Ask<'_>) -> Found {
     }
 }
 
-/// Goes on beside what was found, and, where that is better, beside its sharpest form and what moves it in time.
+/// Continues the search beside an answer: from the answer itself, and from its sharpest form with a late effect. Returns the best
+/// end.
 fn beside_found(
     joint: &Joint,
     library: Library,
@@ -148,12 +150,12 @@ fn beside_found(
 ) -> Found {
     let price = evidence::price(joint.problem.count);
     let tried = evaluate(&library, parts_of(&library, accepted), price);
-    // What the shapes lose that are tried could hide or feign another effect.
+    // The tried shapes lose so much against the refined ones that this could hide or feign another effect.
     let are_apart = tried.is_none_or(|tried| accepted.gain > tried.solution.gain + NAMED);
     let Some(library) = library.around(joint, accepted, are_apart) else {
         return found;
     };
-    // What logs disagree about beside further effects alone is an error of the form of these.
+    // If the logs disagree only once further effects are there, that is an error of the form of these.
     let ask = &Ask {
         each_log: ask.each_log && !found.disagreeing.is_empty(),
         ..*ask
@@ -175,10 +177,11 @@ fn beside_found(
     work.later(end, &accepted, found, ask)
 }
 
-/// A hypothesis, those without one of its effects, and the best with another effect in the place of one, all beside the same noise.
+/// A hypothesis, those without one of its effects, and the best with another effect in the place of one, all under one noise
+/// model.
 pub(crate) fn exchanged(joint: &Joint, of: &Tested, ask: &Ask<'_>) -> Vec<Tested> {
     let plain = || Library::new(joint, ask.excluded);
-    // A delay would move nothing in the place of a lag.
+    // Without the loads of the hypothesis a delay in the place of a lag would have nothing to move.
     let around = plain().around(joint, of, true);
     let library = around.unwrap_or_else(plain);
     let of_fit = joint.of_fit();
@@ -192,13 +195,13 @@ pub(crate) fn exchanged(joint: &Joint, of: &Tested, ask: &Ask<'_>) -> Vec<Tested
     all
 }
 
-/// From the best effects alone and in pairs.
+/// Searches from the best single effects and pairs.
 fn searched(joint: &Joint, library: &Library, ask: &Ask<'_>) -> Found {
     let of_fit = joint.of_fit();
     let work = Work::new(joint, library, &of_fit, ask);
     let ranked = work.first();
     let possible = ranked.iter().filter(|t| work.is_possible(t));
-    // Two shapes of the same effects would climb to the same end.
+    // Two starts with the same effects would climb to the same end.
     let mut seen = BTreeSet::new();
     let starts = possible.filter(|t| seen.insert(t.effects_in_order()));
     let starts: Vec<&Tested> = starts.take(STARTS).collect();
@@ -212,7 +215,7 @@ impl<'a> Work<'a> {
         let is_detail = |variant: &Variant| variant.effect.effect.is_detail();
         Self {
             price: evidence::price(joint.problem.count),
-            // Who asks for a detail alone has in the model what it is a detail of.
+            // If only details are asked for, the model has the effects that they are details of.
             any: ask.forced || library.variants.iter().all(is_detail),
             library,
             joint,
@@ -226,13 +229,13 @@ impl<'a> Work<'a> {
 }
 
 impl Work<'_> {
-    /// Where a search that goes on beside what was found ends, and whether that came to its end.
+    /// The end of a climb from an answer, small effects included, and whether the climb came to its end.
     fn beside(&self, start: &Tested) -> (Tested, bool) {
         let (end, came_to_end) = self.climbed(start.clone());
         (self.with_small(end), came_to_end)
     }
 
-    /// What was found, with what a search beside that ended in, if it is better.
+    /// The result with the end of a further climb in it, if that has more evidence than before.
     fn later(&self, end: (Tested, bool), before: &Tested, found: Found, ask: &Ask<'_>) -> Found {
         if end.0.evidence <= before.evidence {
             return found;
@@ -245,7 +248,7 @@ impl Work<'_> {
         }
     }
 
-    /// What is accepted of what climbs ended with, and what speaks for it.
+    /// Decides what is accepted of the ends of the climbs, and collects its support, rivals and disagreements.
     fn concluded(
         &self,
         ends: Vec<(Tested, bool)>,
@@ -264,7 +267,8 @@ impl Work<'_> {
         }
         if let Some(accepted) = &accepted {
             ranked.extend(self.alike(accepted));
-            // A search that ends with fewer effects than it had may have begun from neither these nor any of them.
+            // If the search ends with fewer effects than it once had, single effects and smaller sets may not have been among its
+            // starts.
             let fewer = self.fewer(accepted);
             ranked.extend(self.tested(&fewer, fewer.len()));
             ranked.push(accepted.clone());
@@ -307,7 +311,7 @@ impl Work<'_> {
             .collect()
     }
 
-    /// Effects alone and in pairs, best first.
+    /// Single effects and pairs, best first.
     fn first(&self) -> Vec<Tested> {
         let singles = self.whole(with_one_more(self.library, &[], self.price));
         let doubles = self.whole(pairs(self.library, self.price));
@@ -317,7 +321,7 @@ impl Work<'_> {
         ranked
     }
 
-    /// What another search found.
+    /// A hypothesis of another search, tested with this library.
     fn again(&self, found: &Tested) -> Tested {
         let same = evaluate(self.library, self.parts(found), self.price);
         same.map_or_else(|| found.clone(), |same| self.test(&same))
@@ -334,7 +338,7 @@ impl Work<'_> {
         })
     }
 
-    /// Hypotheses without details of effects that they do not have.
+    /// Drops hypotheses with details, unless these may stand alone.
     fn whole(&self, all: Vec<Hypothesis>) -> Vec<Hypothesis> {
         let is_detail = |part: &Part| {
             self.library.variants[part.variant]
@@ -346,7 +350,7 @@ impl Work<'_> {
         all.into_iter().filter(whole).collect()
     }
 
-    /// Physics and the rounding of the readings allow it.
+    /// Whether physics allows it, and it goes beyond the rounding of the readings.
     fn is_possible(&self, tested: &Tested) -> bool {
         let price =
             self.price * tested.parameters as f64 + evidence::prior() * tested.effects.len() as f64;
@@ -356,7 +360,7 @@ impl Work<'_> {
             && tested.beyond_rounding > self.joint.threshold(0.0) + price
     }
 
-    /// Whether an effect moves the reading in time.
+    /// Whether one of its effects moves the reading in time.
     fn is_late(&self, tested: &Tested) -> bool {
         let mut parts = self.parts(tested).into_iter();
         parts.any(|part| self.library.variants[part.variant].effect.is_late())
@@ -366,8 +370,8 @@ impl Work<'_> {
         parts_of(self.library, tested)
     }
 
-    /// Adds, exchanges and removes one effect at a time as long as the evidence rises, and whether that
-    /// came to its end.
+    /// Adds one effect at a time as long as the evidence rises; where it does not, exchanges or removes one. The flag says
+    /// whether the climb came to its end within [`STEPS`].
     fn climbed(&self, start: Tested) -> (Tested, bool) {
         let mut now = start;
         for _ in 0..STEPS {
@@ -388,7 +392,8 @@ impl Work<'_> {
         (now, false)
     }
 
-    /// The best of some hypotheses with more evidence than what there is.
+    /// The best of some hypotheses, if it has more evidence than the present one. An added effect also has to exceed errors of
+    /// form.
     fn best_of(&self, now: &Tested, mut all: Vec<Hypothesis>) -> Option<Tested> {
         all.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
         let known = now.effects_in_order();
@@ -411,14 +416,14 @@ impl Work<'_> {
         Some(again.unwrap_or(best))
     }
 
-    /// One effect exchanged for another.
+    /// All hypotheses with one effect exchanged for another.
     fn exchanged(&self, now: &Tested) -> Vec<Hypothesis> {
         let parts = self.parts(now);
         let without = |place| with_one_more(self.library, &without(&parts, place), self.price);
         (0..parts.len()).flat_map(without).collect()
     }
 
-    /// One effect less.
+    /// All hypotheses with one effect less; none if there is only one.
     fn fewer(&self, now: &Tested) -> Vec<Hypothesis> {
         let parts = self.parts(now);
         if parts.len() < 2 {
@@ -429,7 +434,7 @@ impl Work<'_> {
         (0..parts.len()).filter_map(without).collect()
     }
 
-    /// Evidence for each effect beside the others.
+    /// Evidence for each effect: that of the whole less that without the effect, the forms of the others chosen again.
     fn each(&self, now: &Tested) -> Vec<f64> {
         let of = |place: usize| match now.effects.len() {
             1 => now.evidence,
@@ -443,7 +448,7 @@ impl Work<'_> {
         (0..now.effects.len()).into_par_iter().map(of).collect()
     }
 
-    /// What speaks for each effect: also against all that was tested and does without it.
+    /// Support of each effect: its evidence beside the others, and that against the best tested hypothesis without it.
     fn support(&self, now: &Tested) -> Vec<Support> {
         let beside = self.each(now);
         let known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
@@ -461,8 +466,8 @@ impl Work<'_> {
         beside.into_iter().zip(&now.effects).map(of).collect()
     }
 
-    /// The same effects with the parameters that the logs of the fit alone give, where these
-    /// determine them.
+    /// The same effects with the parameters of the logs of the fit alone. If these leave some undetermined, or give one that
+    /// physics forbids, the parameters are those of all logs, and the reason is kept.
     fn of_fit(&self, all: Tested) -> Tested {
         let held_back = self.joint.fitted < self.joint.logs.len();
         let Some(hypothesis) = evaluate(self.library, self.parts(&all), self.price) else {
@@ -495,13 +500,13 @@ impl Work<'_> {
         }
     }
 
-    /// A hypothesis fitted to some rows, with the intervals of a fit and not those of a search.
+    /// A hypothesis fitted to some rows with the effort of an estimate, so that its standard deviations are joint ones.
     fn estimated(&self, problem: &Problem, hypothesis: &Hypothesis) -> Tested {
         let (library, joint) = (self.library, self.joint);
         fitted_to(problem, library, hypothesis, joint, Care::Estimating)
     }
 
-    /// A hypothesis fitted to the first `logs` without one piece of them or another.
+    /// A hypothesis fitted to the first `logs` without each of their pieces in turn.
     fn without_each_piece(&self, hypothesis: &Hypothesis, logs: usize) -> Vec<Tested> {
         let of = |piece: usize| {
             let problem = self.joint.without(piece, PIECES, logs);
@@ -518,14 +523,14 @@ fn without(parts: &[Part], place: usize) -> Vec<Part> {
     rest
 }
 
-/// Whether the parameters of a fit are known at all.
+/// Whether all parameters of a fit and their standard deviations are finite.
 fn is_determined(fitted: &Tested) -> bool {
     let parameters = fitted.effects.iter().flat_map(|e| e.parameters.values());
     let mut parameters = parameters.map(|(value, sigma, _)| (*value, *sigma));
     parameters.all(|(value, sigma)| value.is_finite() && sigma.is_finite())
 }
 
-/// The best hypotheses, at most so many, and a few shapes of the same effects.
+/// The best hypotheses, at most `most`, and at most [`ALIKE`] of the same effects.
 fn distinct(library: &Library, hypotheses: &[Hypothesis], most: usize) -> Vec<Hypothesis> {
     let mut kept: Vec<(Vec<&str>, Hypothesis)> = Vec::new();
     let worth = hypotheses

@@ -1,8 +1,8 @@
-//! What several effects together still leave open: the form of each beside the others, and which
-//! of two that imitate each other it is.
+//! What is still open once several effects are found: the form of each beside the others, and which of two effects that imitate
+//! each other it is.
 //!
-//! Forms are chosen when an effect is found, and those that are found later can change the choice:
-//! a delay moves the reversals, and with them how sharp the dry friction there looks.
+//! The form of an effect is chosen when it is found, and an effect that is found later can change the choice: a delay moves the
+//! reversals, and with that the sharpness that a dry friction seems to have there.
 
 use crate::diagnose::wrench::regression::fitted::Fitted;
 use crate::diagnose::wrench::regression::hypothesis::{Hypothesis, Part, evaluate};
@@ -23,13 +23,13 @@ pub(crate) struct Rival {
     pub id: &'static str,
     /// Ids of the effects beside which both were fitted.
     pub beside: Vec<String>,
-    /// What the effect gains beside the others on each log.
+    /// Gain of the effect beside the others, on each log.
     pub gain: Vec<f64>,
-    /// What the rival gains.
+    /// Gain of the rival in its place, on each log.
     pub gain_of_rival: Vec<f64>,
 }
 
-/// The same effects, with the form of each chosen again beside the others.
+/// The same effects, with the form of each chosen again beside the others. `None` if the parts have no solution.
 pub(crate) fn with_forms_reselected(
     library: &Library,
     parts: Vec<Part>,
@@ -57,7 +57,7 @@ pub(crate) fn with_forms_reselected(
     Some(best)
 }
 
-/// The parts with every other form of one of them.
+/// The parts with each form of one of them, its present form included.
 pub(crate) fn other_forms<'a>(
     library: &'a Library,
     parts: &[Part],
@@ -74,7 +74,7 @@ pub(crate) fn other_forms<'a>(
         })
 }
 
-/// Rivals of the same kind in the place of each of several effects.
+/// Rivals of the same kind in the place of each effect, if there are several.
 pub(crate) fn rivals(
     library: &Library,
     accepted: &Tested,
@@ -143,13 +143,12 @@ fn best_in_place(
     with_forms_reselected(library, best.parts, price)
 }
 
-/// Widens intervals to how far the parameters move when one piece of the log or another is left out, which holds for
-/// remainders that are neither white nor noise: the jackknife (variance (K − 1)/K · Σ (θ(k) − θ)², Efron 1982). Without a
-/// piece that holds nearly all that is known of a parameter, as the only step of a log, the rest says nothing of it: there
-/// its part is weighted by the share of the information that is left (C. F. J. Wu, Annals of Statistics 14(4), 1986).
-/// `fits` are those without each piece.
+/// Widens the standard deviations to how far the parameters move when one piece of the logs is left out: the jackknife (variance
+/// (K − 1)/K · Σ (θ(k) − θ)², Efron 1982), which holds for residuals that are neither white nor noise. If one piece holds nearly
+/// all that is known of a parameter, as the only step of a log, the fit without it says nothing. Its term is then weighted by the
+/// share of the information that is left (C. F. J. Wu, Annals of Statistics 14(4), 1986). `fits` are those without each piece.
 pub(crate) fn widen(accepted: &mut [Fitted], fits: &[Tested]) {
-    /// Share of the information below which a parameter is not known any more.
+    /// Share of the information below which a parameter is unknown without a piece.
     const UNKNOWN: f64 = 0.1;
     let count = fits.len().max(1) as f64;
     for (place, effect) in accepted.iter_mut().enumerate() {
@@ -172,12 +171,12 @@ pub(crate) fn widen(accepted: &mut [Fitted], fits: &[Tested]) {
     }
 }
 
-/// How far a value of a shape is from another.
+/// Distance of two values of a shape, as the size of the logarithm of their ratio.
 pub(crate) fn away(value: f64, from: f64) -> f64 {
     ((value + 1e-12) / (from + 1e-12)).ln().abs()
 }
 
-/// The parts of the library that a tested hypothesis came from, at its nearest shapes.
+/// The parts of the library that correspond to a tested hypothesis, each at the nearest shapes.
 pub(crate) fn parts_of(library: &Library, tested: &Tested) -> Vec<Part> {
     tested
         .effects

@@ -1,5 +1,5 @@
-//! What a law would explain with the sign that physics forbids it: what pulls where a spring would push is no spring, and
-//! looks like one; what was told and comes after the motion has a delay that is negative.
+//! Laws that would explain the rest of the reading with a sign that physics forbids. What pulls where a spring would push is no
+//! spring, but looks like one. A commanded load that comes after the motion would have a negative delay.
 
 use crate::diagnose::catalogue::has;
 use crate::diagnose::evidence::{Foretold, MOST};
@@ -18,11 +18,12 @@ pub(crate) struct OtherSign {
     pub id: &'static str,
     /// Its amount with the unit, in words.
     pub amount: String,
-    /// Share of χ² that is left of the reading, and more than noise, that it would explain.
+    /// Share of the χ² beyond the noise that is left of the reading, which it would explain.
     pub share: f64,
 }
 
-/// The law that would explain most of what effects leave, if it does so with a sign that physics forbids it.
+/// The simple law that would explain most of what effects leave, with a sign that physics forbids. `None` if it explains less
+/// than [`MOST`] of that, or little is left.
 pub(crate) fn other_sign(joint: &Joint, accepted: &Tested) -> Option<OtherSign> {
     let model = &joint.logs.first()?.scene.model;
     let known: Vec<Column> = accepted
@@ -60,17 +61,17 @@ pub(crate) fn other_sign(joint: &Joint, accepted: &Tested) -> Option<OtherSign> 
     best.map(|(_, one)| one)
 }
 
-/// A load that was told, and comes after the motion that it should cause.
+/// A commanded load that comes after the motion that it should cause.
 pub(crate) struct AfterMotion {
-    /// By how much, s.
+    /// Time by which it is late, s.
     pub late_s: f64,
-    /// Share of what is left of the reading, by its square, that this would explain.
+    /// Share of the squared residual of the reading that this would explain.
     pub share: f64,
 }
 
-/// By how much what was told comes after the motion, if that would explain most of what effects leave.
+/// By how much a commanded load comes after the motion, if that would explain most ([`MOST`]) of what effects leave.
 pub(crate) fn after_motion(joint: &Joint, accepted: &Tested) -> Option<AfterMotion> {
-    /// Relative tolerance of the delay.
+    /// Relative precision of the delay.
     const RESOLVED: f64 = 0.01;
     let model = &joint.logs.first()?.scene.model;
     let delay = LoadEffect::all(model).find(|effect| effect.is_a_delay())?;
@@ -101,7 +102,8 @@ pub(crate) fn after_motion(joint: &Joint, accepted: &Tested) -> Option<AfterMoti
     (share > MOST).then_some(AfterMotion { late_s, share })
 }
 
-/// Laws without a free shape that are not found yet, with the place of each coefficient that may be there alone.
+/// Laws without a free shape that act on these logs and are not found yet, with the place of each coefficient that may stand
+/// alone.
 fn simple_laws(
     joint: &Joint,
     model: &Model,
@@ -109,7 +111,7 @@ fn simple_laws(
 ) -> impl Iterator<Item = (&'static LoadEffect, usize)> {
     let is_simple = |effect: &&LoadEffect| {
         let acts = joint.logs.iter().any(|log| effect.acts(&log.scene));
-        // Less of what the model has is no other sign.
+        // Less of what the model has already is no wrong sign.
         acts && !has(model, effect.id)
             && !effect.acts_on_reading()
             && effect.shapes.iter().all(|shape| shape.choice)

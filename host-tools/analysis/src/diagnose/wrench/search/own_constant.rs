@@ -1,4 +1,4 @@
-//! A constant that each log has of its own.
+//! A constant whose value differs from log to log.
 
 use super::{Disagreement, Work};
 use crate::diagnose::evidence::MOST;
@@ -9,23 +9,23 @@ use softdock_physics::model::Axis;
 use softdock_physics::model::load::Column;
 use softdock_physics::model::load::effects::{LoadEffect, Sign};
 
-/// By how much χ² falls with constants of each log's own.
+/// By how much χ² falls with a constant for each log.
 struct OwnConstants {
-    /// More than with common ones.
+    /// Further fall against one common constant.
     more: f64,
-    /// What is left with common ones.
+    /// χ² that is left with common constants.
     left: f64,
-    /// Further with a slope of each log's own.
+    /// Further fall if each log also gets a slope in time.
     slopes: f64,
 }
 
 impl Work<'_> {
-    /// A constant that each log has of its own, if that is most of what effects leave: a zero that was set anew, a weight in another
-    /// pose. What all logs have in common of it may be nothing, and other effects are found in its place, or refused, as they
-    /// foretell no other log. In a log that moves one way alone a friction is a constant, too.
+    /// A constant of each log's own, if it explains most of what effects leave: a zero that was set anew, or a weight in another
+    /// pose. The common part of such constants may be nothing, so that other effects are found in their place, or are refused, as
+    /// they foretell no other log. `None` if a log moves in one direction only: there a friction is a constant, too.
     pub(crate) fn own_constant(&self, accepted: &Tested) -> Option<Disagreement> {
-        /// Share of what is left beside them from which slopes say that it is no constant: of a random walk a slope explains three
-        /// fifths of what its mean leaves. Set by hand.
+        /// If slopes explain this share of what is left beside the constants, they are no constants: of a random walk a slope
+        /// explains three fifths of what its mean leaves. Set by hand.
         const SLOPE: f64 = 0.25;
         let library = self.library;
         if !self.joint.logs.iter().all(moves_both_ways) {
@@ -58,10 +58,10 @@ impl Work<'_> {
         found.differs().then_some(found)
     }
 
-    /// What constants of each log's own explain beside a hypothesis, whose common white columns are these.
+    /// What constants of each log's own explain beside a hypothesis. `constants` are the whitened columns of the common ones.
     fn own_constants(&self, tested: &Tested, constants: &[&Column]) -> Option<OwnConstants> {
         let effects = tested.effects.iter();
-        // Of a constant that is there the columns are the same.
+        // A constant that the hypothesis has already would repeat these columns.
         let effects = effects.filter(|one| !self.is_a_constant(one.id));
         let parts: Vec<Column> = effects
             .map(|one| self.joint.white_part_of(tested, one))
@@ -99,7 +99,7 @@ impl Work<'_> {
         load.is_some_and(LoadEffect::is_a_constant)
     }
 
-    /// What grows evenly over each log, on an axis that was measured; in units of the noise.
+    /// A ramp from −0.5 to 0.5 over each log on one axis, whitened; empty for an axis that was not recorded.
     fn ramp(&self, axis: Axis) -> Column {
         let of = |log: &PreparedLog| {
             let mut ramp = Column::default();
@@ -115,9 +115,9 @@ impl Work<'_> {
     }
 }
 
-/// Whether the axes of a log move in both directions, or not at all.
+/// Whether each axis of a log moves in both directions, or not at all.
 pub(super) fn moves_both_ways(log: &PreparedLog) -> bool {
-    /// Least share of the way that goes back. Set by hand.
+    /// Smallest share of the path that has to go back. Set by hand.
     const BACK: f64 = 0.1;
     let mut ways = [[0.0; 2]; 6];
     for motion in log.scene.motion.iter() {

@@ -1,5 +1,6 @@
-//! An effect whose amount each log has of its own, beside a constant of its own: logs of two machines, each of which hangs at rest
-//! elsewhere. What is common to both explains little of either, and a search that begins with common amounts ends at something else.
+//! An effect whose amount differs from log to log, beside a constant that differs as well: logs of two machines, each of which is
+//! at rest at another position. Their common part explains little of either log, and a search that begins with common amounts
+//! ends elsewhere.
 
 use super::own_constant::moves_both_ways;
 use super::{Disagreement, TRIED, Work};
@@ -12,21 +13,21 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 use softdock_physics::model::load::effects::Sign;
 
-/// An effect with a constant beside it.
+/// An effect, and the constant beside it.
 struct Beside {
     parts: [Part; 2],
-    /// By how much χ² falls with amounts of each log's own, less their price.
+    /// Fall of χ² with own amounts for each log, less the price of these.
     worth: f64,
 }
 
-/// The columns of all amounts of an effect with their signs, one for all logs or one for each.
+/// The columns of each amount of an effect, with sign constraints: one column for all logs, or one for each log.
 struct Amounts {
     part: Part,
     columns: Vec<Vec<(Projected, Sign)>>,
 }
 
 impl Amounts {
-    /// Those of some amounts.
+    /// Columns of the amounts in `used`.
     fn of(&self, used: &[usize]) -> impl Iterator<Item = (&Projected, Sign)> {
         let columns = used.iter().flat_map(|k| &self.columns[*k]);
         columns.map(|(column, sign)| (column, *sign))
@@ -34,8 +35,9 @@ impl Amounts {
 }
 
 impl Work<'_> {
-    /// The effect that explains, in amounts of each log's own, most of what the answer leaves, and of what is left with a common amount
-    /// of it. Not asked where the answer leaves no more than noise, nor of logs that move one way alone, where a friction is a constant.
+    /// The effect whose own amounts for each log explain most of what the answer leaves, and most of what a common amount of it
+    /// would leave. `None` for a single log, for rounded readings, where the answer leaves no more than noise, and where a log
+    /// moves in one direction only, as a friction is a constant there.
     pub(crate) fn own_effect(&self, accepted: Option<&Tested>) -> Option<Disagreement> {
         let is_left = self.joint.has_much_left(accepted.map_or(0.0, |t| t.gain));
         let back_and_forth = self.joint.logs.iter().all(moves_both_ways);
@@ -63,13 +65,13 @@ impl Work<'_> {
         found.iter().take(TRIED).find_map(|b| self.about(b))
     }
 
-    /// What the logs disagree about, if each alone has an amount of it that is plausible.
+    /// What the logs disagree about, if the amount is plausible in each log.
     fn about(&self, beside: &Beside) -> Option<Disagreement> {
         let parts = beside.parts.to_vec();
         let effect = self.variant(parts[0].variant).effect;
         let each = self.of_each_log(&evaluate(self.library, parts, self.price)?);
         let found = Disagreement::new(effect.id, &each);
-        // Not how much of it the constant takes away, which is where it begins to count.
+        // The effect alone is asked, and not the constant, which only says where the effect begins to count.
         let model = &self.joint.logs.first()?.scene.model;
         let amounts = found.amounts.iter();
         let mut amounts =
@@ -82,8 +84,8 @@ impl Work<'_> {
         &self.library.variants[place]
     }
 
-    /// An effect, with all of its amounts or with one, and a constant, all in amounts of each log's own; None where they explain less
-    /// than most of what the answer leaves, or of what common amounts of the effect leave.
+    /// An effect, with all of its amounts or one of them, and a constant, all with own amounts for each log. `None` where they
+    /// explain less than most of what the answer leaves, or of what common amounts of the effect leave.
     fn in_own_amounts(
         &self,
         accepted: Option<&Tested>,
@@ -128,7 +130,7 @@ impl Work<'_> {
         })
     }
 
-    /// All amounts of an effect, common to all logs or of each log's own.
+    /// The columns of all amounts of an effect, common to all logs or one for each log.
     fn amounts(&self, variant: usize, own: bool) -> Amounts {
         let problem = &self.joint.problem;
         let logs: Vec<Option<usize>> = match own {
