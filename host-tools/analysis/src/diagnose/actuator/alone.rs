@@ -1,4 +1,4 @@
-//! The best values and axes of one stage, alone or beside given terms.
+//! The best values and axes of one stage of the actuator, alone or beside given terms.
 
 use super::candidate::{AT_NOISE, Candidate, is_a_gain};
 use super::cost::{AxisCost, Cost, Term};
@@ -11,7 +11,7 @@ use crate::diagnose::evidence::{self, TOLD_APART, threshold};
 use rayon::prelude::*;
 use softdock_physics::model::stage::Stage;
 
-/// Gain on the grid below which a stage is not searched further.
+/// Gain in χ² on the grid below which a stage is not searched further.
 pub(super) const NEGLIGIBLE_GAIN: f64 = 5.0;
 
 /// Sets of axes that may have a stage of their own.
@@ -33,7 +33,8 @@ pub(super) fn scopes(active: &[bool; 6]) -> Vec<[bool; 6]> {
     scopes
 }
 
-/// The best values of a stage beside given terms, which are refined with it; of a dead zone with the gains beyond it.
+/// The best values of a stage beside given terms, which are refined with it. A dead zone is searched with the gains of what lies
+/// beyond it. `None` if no values are found.
 pub(super) fn best_single(
     stage: Stage,
     scopes: &[[bool; 6]],
@@ -50,7 +51,7 @@ pub(super) fn best_single(
         vec![best_scope(stage, scopes, cost, beside)?]
     };
     let all = [beside, &terms[..]].concat();
-    // What the grid does not show at all is not worth a search.
+    // A stage that gains nothing on the grid is not worth a search.
     let hopeless = cost.of(beside) - cost.of(&all) < NEGLIGIBLE_GAIN && !slips_through(stage);
     let all = if hopeless {
         all
@@ -67,7 +68,7 @@ pub(super) fn best_single(
     Some(Candidate::new(all, cost))
 }
 
-/// The best dead zone beside terms; those of its gains that are not worth their price are left out.
+/// The best dead zone beside given terms. Its gain, and its gain by direction, are left out if they are not worth their price.
 fn best_dead_zone(
     cost: &Cost<'_>,
     beside: &[Term],
@@ -90,8 +91,8 @@ fn best_dead_zone(
     Some(best)
 }
 
-/// The last term on other axes, where these explain clearly more: the grid that they were chosen on
-/// is coarse, and a mode that is not quite right there is no better on the axes that have it.
+/// Moves the last term to other axes if these explain clearly more. The axes were chosen on a coarse grid, where a mode that is
+/// not quite right is no better even on the axes that have it.
 fn rescoped(terms: Vec<Term>, scopes: &[[bool; 6]], cost: &Cost<'_>) -> Vec<Term> {
     let on = |scope: &[bool; 6]| {
         let mut terms = terms.clone();
@@ -107,7 +108,8 @@ fn rescoped(terms: Vec<Term>, scopes: &[[bool; 6]], cost: &Cost<'_>) -> Vec<Term
     }
 }
 
-/// What the grid saw on some axes only may be on all of them, with a value between its own.
+/// Puts all terms on all axes if that explains the logs as well: what the grid saw on some axes only may act on all, with a value
+/// between the grid's.
 fn on_all_axes(terms: Vec<Term>, cost: &Cost<'_>) -> Vec<Term> {
     let some = |t: &Term| (0..6).any(|axis| cost.active[axis] && !t.axes[axis]);
     if !terms.iter().any(some) {
@@ -125,7 +127,7 @@ fn on_all_axes(terms: Vec<Term>, cost: &Cost<'_>) -> Vec<Term> {
     }
 }
 
-/// Whether the best value may lie between two values of the grid that both make things worse.
+/// Whether the best value may lie between two values of the grid that both increase χ².
 fn slips_through(stage: Stage) -> bool {
     matches!(
         stage,
@@ -133,7 +135,7 @@ fn slips_through(stage: Stage) -> bool {
     )
 }
 
-/// The costs of all axes on the grid of a stage beside given terms.
+/// For each combination of values on the grid of a stage: the cost of each axis beside given terms.
 fn table(
     stage: Stage,
     axes: &[bool; 6],
@@ -182,7 +184,8 @@ fn best_scope(
     best.map(|b| b.1)
 }
 
-/// Translations and rotations with the values each that `of_axes` finds for them, as far as both gain by it.
+/// Terms for translations and for rotations, as `of_axes` finds them for each kind. The kind that gains more is always taken, the
+/// other one if its gain is worth its price.
 fn by_kind(
     cost: &Cost<'_>,
     beside: &[Term],
@@ -201,8 +204,7 @@ fn by_kind(
         let Some(mut terms) = of_axes(&axes) else {
             continue;
         };
-        // The grid is coarse: where there is something to explain, a kind is judged by its best
-        // value.
+        // On a coarse grid a good kind may look poor: where there is something to explain, it is judged by its best value.
         let noise = AT_NOISE * AT_NOISE * cost.count_of(&axes) as f64;
         if of_kind(&[]) > noise {
             terms = improved(terms, cost, &of_kind);
@@ -223,7 +225,7 @@ fn by_kind(
     (!terms.is_empty()).then_some(terms)
 }
 
-/// The best value of a stage for all axes of one kind, on a grid or as it is sought otherwise.
+/// The best value of a stage for axes of one kind, from a grid or, for a command step, from a search of its own.
 fn of_axes(stage: Stage, axes: &[bool; 6], cost: &Cost<'_>, beside: &[Term]) -> Option<Vec<Term>> {
     let term = |values| {
         vec![Term {

@@ -6,13 +6,13 @@ use crate::diagnose::finding::Trial;
 use softdock_physics::model::Channel;
 use softdock_physics::model::stage::Stage;
 
-/// Residual over noise at which nothing is left to explain.
+/// Ratio of rms residual to noise below which nothing is left to explain.
 pub(super) const AT_NOISE: f64 = 1.03;
 
 /// A hypothesis with its best parameters.
 #[derive(Clone, Debug)]
 pub(crate) struct Candidate {
-    /// One stage, or several.
+    /// Its stages with their values.
     pub terms: Vec<Term>,
     /// χ² over all logs.
     pub chi2: f64,
@@ -51,7 +51,7 @@ impl Candidate {
         ids
     }
 
-    /// Number of its effects; the gains of what lies beyond a dead zone belong to the zone.
+    /// Number of its effects. The gains of what lies beyond a dead zone count as a part of the zone.
     pub(super) fn causes(&self) -> usize {
         let of_zone = |term: &&Term| self.has(Stage::DeadZone) && is_a_gain(term.stage);
         let own = self.terms.iter().filter(|term| !of_zone(term));
@@ -62,7 +62,7 @@ impl Candidate {
         own.ids().len()
     }
 
-    /// Whether a stage is one of its.
+    /// Whether it has this stage.
     pub(super) fn has(&self, stage: Stage) -> bool {
         self.terms.iter().any(|term| term.stage == stage)
     }
@@ -81,27 +81,27 @@ pub(crate) struct Search {
     pub nominal: Candidate,
     /// Stages alone, best first.
     pub singles: Vec<Candidate>,
-    /// What is accepted, if anything: its parameters are those of the logs of the fit.
+    /// The accepted hypothesis, if any. Its parameters are those of the logs of the fit.
     pub accepted: Option<Candidate>,
-    /// What speaks for each of its effects.
+    /// Id of each accepted effect, and its support.
     pub support: Vec<(&'static str, Support)>,
-    /// The accepted terms with the parameters of each log alone, if the logs disagree about them.
+    /// The accepted terms fitted to each log alone, if the logs disagree about them. One entry per log.
     pub apart: Option<Vec<Vec<Term>>>,
-    /// Other forms of what is accepted that explain the logs as well.
+    /// Other forms of the accepted effects that explain the logs as well.
     pub equal_forms: Vec<Candidate>,
 }
 
 impl Search {
-    /// Takes the noise of the logs from what the best hypotheses leave; returns whether it is less.
+    /// Lowers the noise of the logs to what the best hypotheses leave. Returns whether it was higher before.
     pub(crate) fn quieten(&self, cost: &mut Cost<'_>) -> bool {
-        /// Hypotheses whose remainder is looked at.
+        /// Single stages whose residual is considered.
         const BEST: usize = 3;
         let accepted = self.accepted.iter();
         let best = accepted.chain(self.singles.iter().take(BEST));
         cost.quieten(best.map(|c| &c.terms[..]))
     }
 
-    /// The largest evidence of any stage alone.
+    /// The largest evidence of any stage alone; `None` if none can be a cause.
     pub(crate) fn strongest(&self, cost: &Cost<'_>) -> Option<f64> {
         let nominal = self.nominal.priced(cost);
         let causes = self.singles.iter().filter(|c| is_a_cause(c, cost));
@@ -110,18 +110,18 @@ impl Search {
             .max_by(f64::total_cmp)
     }
 
-    /// What is accepted.
+    /// The accepted terms; empty if there are none.
     pub(crate) fn terms(&self) -> &[Term] {
         self.accepted.as_ref().map_or(&[], |c| &c.terms)
     }
 
-    /// χ² with what is accepted.
+    /// χ² with the accepted terms.
     pub(crate) fn reached(&self) -> f64 {
         self.accepted.as_ref().unwrap_or(&self.nominal).chi2
     }
 }
 
-/// Residual over noise of a χ².
+/// Ratio of rms residual to noise for a given χ².
 pub(crate) fn level(chi2: f64, cost: &Cost<'_>) -> f64 {
     (chi2 / cost.count().max(1) as f64).sqrt()
 }
@@ -131,21 +131,21 @@ pub(super) fn is_a_gain(stage: Stage) -> bool {
     matches!(stage, Stage::Gain | Stage::Direction)
 }
 
-/// Whether it is a damped second order and nothing else.
+/// Whether it is a servo, a damped second order, and nothing else.
 pub(super) fn is_a_servo(candidate: &Candidate) -> bool {
     let mut stages = candidate.terms.iter().map(|term| term.stage);
     stages.all(|stage| matches!(stage, Stage::Servo | Stage::ServoForLag))
 }
 
-/// A damped second order imitates delay, lag and limits together: it is a cause only where it leaves
-/// nothing but noise, or less than these. A structure rings.
+/// Whether a candidate can be a cause. A damped second order imitates delay, lag and limits together, so it is one only where it
+/// leaves nothing but noise. A mode of a structure has to ring.
 pub(super) fn is_a_cause(candidate: &Candidate, cost: &Cost<'_>) -> bool {
     let is_servo = |term: &Term| matches!(term.stage, Stage::Servo | Stage::ServoForLag);
     let servo = candidate.terms.iter().any(is_servo);
     rings(candidate) && (!servo || level(candidate.chi2, cost) < AT_NOISE)
 }
 
-/// Whether a mode, if it has one, rings.
+/// Whether all modes of a candidate ring; true if it has none.
 pub(super) fn rings(candidate: &Candidate) -> bool {
     /// Damping ratio up to which a mode rings.
     const RINGS: f64 = 0.25;

@@ -1,4 +1,4 @@
-//! How well an actuator explains the executed velocities of all logs.
+//! χ² of the executed velocities of all logs for a given actuator.
 
 use super::tried::{Scale, slower};
 use crate::diagnose::evidence::strained;
@@ -14,12 +14,12 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
-/// Tolerances that are spent: more delay, less delay, lag. A delay of whole cycles has another
-/// slope to either side, because it lets another command through.
+/// Nuisance parameters: longer delay, shorter delay, lag. A delay of whole cycles has a different slope on either side, because
+/// it lets another command through.
 const NUISANCES: usize = 3;
-/// Place of more delay among them.
+/// Index of the longer delay among them.
 const LONGER: usize = 0;
-/// Place of less delay.
+/// Index of the shorter delay.
 const SHORTER: usize = 1;
 
 /// A stage with the values of its parameters.
@@ -29,54 +29,54 @@ pub(crate) struct Term {
     pub stage: Stage,
     /// Its parameters, in the order of [`Stage::parameters`].
     pub values: Vec<f64>,
-    /// Axes that have it.
+    /// Axes on which the stage acts.
     pub axes: [bool; 6],
 }
 
-/// Cost of one axis before the tolerances are spent, over all logs.
+/// Cost of one axis over all logs, before the nuisance parameters are eliminated.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct AxisCost {
     /// Σ (r/σ)².
     squares: f64,
-    /// Σ J r/σ for a tolerance of delay and lag each.
+    /// Σ J r/σ for one tolerance of each nuisance parameter.
     gradient: [f64; NUISANCES],
 }
 
-/// One log, ready to be explained.
+/// One log, prepared for the comparison with simulated velocities.
 #[derive(Clone)]
 pub(crate) struct LogCost<'a> {
     log: &'a Log,
-    /// Executed velocity with the nominal actuator, of the axes that move.
+    /// Velocity that the nominal actuator would execute, on axes that move.
     undisturbed: [Vec<f64>; 6],
-    /// Noise of each axis that the log itself shows, not below a third of the data sheet's.
+    /// Noise of each axis as the log itself shows it, at least [`LEAST`] and at most 3 times the data sheet's.
     pub sigma: [f64; 6],
-    /// The data sheet's.
+    /// Noise of each axis by data sheet.
     pub sheet_sigma: [f64; 6],
-    /// Change of the velocity for one tolerance of delay and lag, in σ.
+    /// Change of the velocity for one tolerance of each nuisance parameter, in σ.
     jacobian: [[Vec<f64>; NUISANCES]; 6],
     intervals_s: Vec<f64>,
-    /// First cycles whose past is not known.
+    /// Number of first cycles that do not count, as the commands before them are not known.
     settling: usize,
 }
 
-/// All logs, ready to be explained by one actuator.
+/// All logs, prepared for comparison with one actuator.
 #[derive(Clone)]
 pub(crate) struct Cost<'a> {
     /// The logs.
     pub logs: Vec<LogCost<'a>>,
     nominal: [Chain; 6],
-    /// Without the effects that the model has.
+    /// The nominal actuator without the effects of the model.
     bare: [Chain; 6],
     tolerance: ToleranceModel,
     /// Axes that move.
     pub active: [bool; 6],
-    /// Products of the sensitivities.
+    /// Products of the columns of the nuisance parameters, by axis.
     normal: [[[f64; NUISANCES]; NUISANCES]; 6],
     known: Known,
 }
 
-/// Costs of the axes with the actuators that were tried. Most terms act on some axes only, and a
-/// search comes back to the best ones: simulating is what costs.
+/// Costs of each axis for chains that were simulated before. Most terms act on some axes only, and a search comes back to the
+/// best ones, so that this saves most of the simulations.
 #[derive(Default)]
 struct Known([Mutex<HashMap<[u64; 21], AxisCost>>; 6]);
 
@@ -94,7 +94,7 @@ impl Known {
 }
 
 impl Clone for Known {
-    /// Nothing is known: a copy is made to be changed.
+    /// Starts empty, as a copy is made to be changed.
     fn clone(&self) -> Self {
         Self::default()
     }
@@ -120,7 +120,7 @@ impl<'a> LogCost<'a> {
         cost
     }
 
-    /// Noise that is left of an axis by a prediction.
+    /// Noise of an axis, estimated from what a prediction leaves: between [`LEAST`] and 3 times the data sheet's.
     fn noise(&self, predicted: &[f64], axis: usize) -> f64 {
         let residual = self.residual(predicted, axis);
         let noise = match self.log.reading {
@@ -134,7 +134,7 @@ impl<'a> LogCost<'a> {
         floor.map_or(sheet, |f| f.clamp(LEAST * sheet, 3.0 * sheet))
     }
 
-    /// Change of the velocity by a tolerance of delay or lag, in σ; none where a value is exact.
+    /// Change of the velocity by one tolerance of delay or lag, in σ; all 0 where the nominal value is exact.
     fn sensitivity(
         &self,
         axis: usize,
@@ -151,7 +151,7 @@ impl<'a> LogCost<'a> {
         let other = self.simulate(&other, axis);
         let sigma = self.sigma[axis];
         let change = other.iter().zip(predicted).map(|(o, p)| (o - p) / sigma);
-        // Where the residual does not count its slope does not either.
+        // Where the residual does not count its slope must not either.
         let known = self.known();
         change
             .enumerate()
@@ -159,7 +159,7 @@ impl<'a> LogCost<'a> {
             .collect()
     }
 
-    /// Executed velocity of an axis with a chain.
+    /// Executed velocity of an axis, simulated with a chain of stages.
     pub(crate) fn simulate(&self, chain: &Chain, axis: usize) -> Vec<f64> {
         let timing = Timing {
             cycle_s: self.log.cycle_s,
@@ -170,25 +170,25 @@ impl<'a> LogCost<'a> {
         self.log.as_imported(velocity)
     }
 
-    /// Measured minus predicted.
+    /// Measured minus predicted velocity; 0 in cycles that do not count.
     pub(crate) fn residual(&self, predicted: &[f64], axis: usize) -> Vec<f64> {
         let executed = self.log.executed[axis].iter();
         let mut residual: Vec<f64> = executed.zip(predicted).map(|(e, p)| e - p).collect();
-        // The past of the first cycles is not known, nor the future of the last ones, which a filter shows.
+        // The commands before the first cycles are not known, nor the motion after the last ones, which a filter mixes in.
         let known = self.known();
         residual[..known.start].fill(0.0);
         residual[known.end..].fill(0.0);
         residual
     }
 
-    /// Cycles whose past, and future where a filter shows it, are known.
+    /// Cycles that count: the commands before them are known and, behind a filter, the motion after them.
     pub(crate) fn known(&self) -> Range<usize> {
         let count = self.log.cycle_count();
         let end = count.saturating_sub(self.bent());
         self.settling.min(end)..end
     }
 
-    /// Cycles beside an end of the log in which a filter shows what is beyond.
+    /// Number of cycles at an end of the log into which a filter mixes what is beyond.
     fn bent(&self) -> usize {
         let filter = self.log.filter;
         let count = self.log.cycle_count();
@@ -196,11 +196,11 @@ impl<'a> LogCost<'a> {
     }
 
     fn settling(&self, nominal: &Chain, active: &[bool; 6]) -> usize {
-        /// Longest past that a hypothesis may have beyond the nominal one, s, of a drive as fast as a docking rig's.
+        /// Longest past, s, that a hypothesis may need beyond the nominal actuator, for a drive as fast as a docking rig's.
         const PAST_S: f64 = 0.25;
         let cycle_s = self.log.cycle_s;
         let past_s = nominal.delay_s + 5.0 * nominal.lag_s + PAST_S * slower(cycle_s);
-        // A log that starts at rest has no past: nothing is sent or moves, or nothing moves yet.
+        // A log that starts at rest needs no past: nothing is commanded and nothing moves, or nothing moves yet.
         let first = |series: &Vec<f64>| series.first().map_or(0.0, |first| first.abs());
         let unsent = self.log.sent.iter().all(|series| first(series) < 1e-9);
         if (unsent && self.stands_still(0, active))
@@ -208,15 +208,16 @@ impl<'a> LogCost<'a> {
         {
             0
         } else {
-            // Half of a short log is looked at all the same.
+            // At least half of a short log counts all the same.
             let unknown = (past_s / cycle_s) as usize + 1 + self.bent();
             unknown.min(self.log.cycle_count() / 2)
         }
     }
 
-    /// Whether no axis moves in the first cycle, of which a difference of poses is known in the one after it, and so many more.
+    /// Whether no axis moves in the first `more` + 2 cycles. The second one is needed as a difference of poses shows the motion
+    /// of the first cycle there.
     fn stands_still(&self, more: usize, active: &[bool; 6]) -> bool {
-        /// Deviations of the noise that are no motion.
+        /// Multiples of the noise that are taken for no motion.
         const STILL: f64 = 4.0;
         (0..6).filter(|axis| active[*axis]).all(|axis| {
             let first = self.log.executed[axis].iter().take(more + 2);
@@ -251,14 +252,14 @@ impl<'a> LogCost<'a> {
 }
 
 impl<'a> Cost<'a> {
-    /// Logs with the true durations of their cycles, which are empty where they are nominal.
+    /// Prepares logs with the true durations of their cycles, s; empty where these are nominal.
     pub(crate) fn new(model: &Model, logs: &'a [Log], intervals_s: &[Vec<f64>]) -> Self {
         let mut active = [false; 6];
         for axis in &model.rig.active_axes {
             let moves = |log: &Log| log.sent[axis.index()].iter().any(|v| *v != 0.0);
             active[axis.index()] = logs.iter().any(moves);
         }
-        // Poses that are taken late show a velocity late.
+        // Poses that are taken late make a velocity look late.
         let late_s = match logs.first().map(|log| log.reading) {
             Some(Reading::Mean) => model.clock_offset_s(),
             _ => 0.0,
@@ -285,7 +286,7 @@ impl<'a> Cost<'a> {
         cost
     }
 
-    /// Some of the logs alone.
+    /// The cost of some of the logs alone.
     pub(crate) fn of_logs(&self, keeps: impl Fn(usize) -> bool) -> Self {
         let mut some = self.clone();
         let mut number = 0;
@@ -297,10 +298,10 @@ impl<'a> Cost<'a> {
         some
     }
 
-    /// Takes the noise from what hypotheses leave, where it is clearly less than before: an error
-    /// of the model that is as rough as the motion looks like noise. Returns whether it was.
+    /// Lowers the noise to what hypotheses leave, where that is clearly less than before: an error of the model that is as rough
+    /// as the motion looks like noise. Returns whether any was lowered.
     pub(crate) fn quieten<'t>(&mut self, hypotheses: impl Iterator<Item = &'t [Term]>) -> bool {
-        /// Share of the noise before that is clearly less.
+        /// Ratio to the noise before, below which it is clearly less.
         const LESS: f64 = 0.9;
         let mut quieter: Vec<[f64; 6]> = self.logs.iter().map(|log| log.sigma).collect();
         for terms in hypotheses {
@@ -325,15 +326,15 @@ impl<'a> Cost<'a> {
         any
     }
 
-    /// The same logs with the tolerances acting around terms, not around the nominal actuator: an
-    /// error of the nominal delay shifts the motion that the terms have made.
+    /// The same logs with the nuisance parameters linearised around terms and not around the nominal actuator: an error of the
+    /// nominal delay shifts the motion that the terms have made.
     pub(crate) fn around(&self, terms: &[Term]) -> Self {
         let mut around = self.clone();
         around.linearise(terms);
         around
     }
 
-    /// Takes tolerances away that terms strain: what they would have to take is a finding of its
+    /// Holds nuisance parameters at their nominal values if terms would need them to be too far off: that is a finding of its
     /// own. Returns whether there are any.
     pub(crate) fn freeze_strained(&mut self, terms: &[Term]) -> bool {
         let axes = std::array::from_fn(|axis| self.of_axis(&self.chain(terms, axis), axis));
@@ -381,7 +382,7 @@ impl<'a> Cost<'a> {
         });
     }
 
-    /// The chain of an axis with terms added.
+    /// The nominal chain of an axis with terms applied.
     pub(crate) fn chain(&self, terms: &[Term], axis: usize) -> Chain {
         let mut chain = self.nominal[axis];
         for term in terms.iter().filter(|t| t.axes[axis]) {
@@ -390,7 +391,7 @@ impl<'a> Cost<'a> {
         chain
     }
 
-    /// χ² that the effects of the model explain.
+    /// Fall of χ² by the effects that the model has already.
     pub(crate) fn explained(&self) -> f64 {
         let of = |chains: &[Chain; 6]| -> f64 {
             let each = (0..6).map(|axis| self.of_axis(&chains[axis], axis).squares);
@@ -413,7 +414,7 @@ impl<'a> Cost<'a> {
         })
     }
 
-    /// Costs of some axes with these terms; the others count nothing.
+    /// Costs of some axes with these terms; those of the others are 0.
     pub(crate) fn of_axes(&self, terms: &[Term], axes: &[bool; 6]) -> [AxisCost; 6] {
         std::array::from_fn(|axis| {
             if axes[axis] {
@@ -424,16 +425,16 @@ impl<'a> Cost<'a> {
         })
     }
 
-    /// χ² of all axes, with what the tolerances of delay and lag take away at their price.
+    /// χ² of all axes, the nuisance parameters at their best and their priors included.
     pub(crate) fn total(&self, axes: &[AxisCost; 6]) -> f64 {
         self.taken(axes).0
     }
 
-    /// χ², and what is taken of each tolerance.
+    /// That χ², and the values of the nuisance parameters in tolerances.
     fn taken(&self, axes: &[AxisCost; 6]) -> (f64, SVector<f64, NUISANCES>) {
         let mut squares = 0.0;
         let mut gradient = SVector::<f64, NUISANCES>::zeros();
-        // The prior of one tolerance each.
+        // The prior of each nuisance parameter has unit variance, in units of its tolerance.
         let mut normal = SMatrix::<f64, NUISANCES, NUISANCES>::identity();
         for (cost, products) in axes.iter().zip(&self.normal) {
             squares += cost.squares;
@@ -444,7 +445,7 @@ impl<'a> Cost<'a> {
                 }
             }
         }
-        // A delay is longer or shorter than stated, not both: else its tolerance counted twice.
+        // A delay is either longer or shorter than stated. With both free, its tolerance would count twice.
         let one_sided = |skipped: usize| {
             let (mut normal, mut gradient) = (normal, gradient);
             normal.row_mut(skipped).fill(0.0);
@@ -462,7 +463,7 @@ impl<'a> Cost<'a> {
         }
     }
 
-    /// Residuals of all axes of each log with these terms, in σ, less what the tolerances take.
+    /// Whitened residuals of each log and axis with these terms, the nuisance parameters at their best.
     pub(crate) fn white(&self, terms: &[Term]) -> Vec<[Vec<f64>; 6]> {
         let costs = std::array::from_fn(|axis| self.of_axis(&self.chain(terms, axis), axis));
         let taken = self.taken(&costs).1;
@@ -487,13 +488,13 @@ impl<'a> Cost<'a> {
         self.logs.iter().map(of_log).collect()
     }
 
-    /// χ² of each log with these terms, with what the tolerances take.
+    /// χ² of each log with these terms, the nuisance parameters at their best.
     pub(crate) fn of_each(&self, terms: &[Term]) -> Vec<f64> {
         let squares = |white: &[Vec<f64>; 6]| white.iter().flatten().map(|w| w * w).sum();
         self.white(terms).iter().map(squares).collect()
     }
 
-    /// χ² of the nominal actuator with all that it does later by a time, s.
+    /// χ² of the nominal actuator with an additional delay, s.
     pub(crate) fn of_later(&self, late_s: f64) -> f64 {
         let axes =
             std::array::from_fn(|axis| self.of_axis(&later(self.nominal[axis], late_s), axis));
@@ -510,14 +511,14 @@ impl<'a> Cost<'a> {
         self.nominal[0].delay_s
     }
 
-    /// χ² with these terms and exact nominal values.
+    /// χ² with these terms and the nuisance parameters at their nominal values.
     pub(crate) fn exactly(&self, terms: &[Term]) -> f64 {
         (0..6)
             .map(|axis| self.of_axis(&self.chain(terms, axis), axis).squares)
             .sum()
     }
 
-    /// χ² with these terms.
+    /// χ² with these terms, the nuisance parameters at their best.
     pub(crate) fn of(&self, terms: &[Term]) -> f64 {
         let axes = std::array::from_fn(|axis| self.of_axis(&self.chain(terms, axis), axis));
         self.total(&axes)
@@ -528,18 +529,18 @@ impl<'a> Cost<'a> {
         self.logs.first().map_or(0.0, LogCost::cycle_s)
     }
 
-    /// Number of velocities that are judged.
+    /// Number of velocities that count.
     pub(crate) fn count(&self) -> usize {
         self.count_of(&self.active)
     }
 
-    /// Number of velocities of some axes.
+    /// Number of velocities that count on some axes.
     pub(crate) fn count_of(&self, axes: &[bool; 6]) -> usize {
         let cycles: usize = self.logs.iter().map(|log| log.known().len()).sum();
         axes.iter().filter(|a| **a).count() * cycles
     }
 
-    /// How large the motion of some axes is.
+    /// Size of the motion of some axes, which sets the range of parameters.
     pub(crate) fn scale(&self, axes: &[bool; 6]) -> Scale {
         let series = self.logs.iter().flat_map(|log| {
             let moving = (0..6).filter(|a| axes[*a] && self.active[*a]);
@@ -549,20 +550,20 @@ impl<'a> Cost<'a> {
         Scale::of(series, self.cycle_s(), rotates)
     }
 
-    /// Number of values that were sent on an axis.
+    /// Number of different values that were sent on an axis.
     pub(super) fn commands(&self, axis: usize) -> usize {
         let values: BTreeSet<u64> = self.sent(axis).map(f64::to_bits).collect();
         values.len()
     }
 
-    /// Number of sizes among them, but for 0.
+    /// Number of different sizes among them, 0 not counted.
     pub(super) fn sizes_of_commands(&self, axis: usize) -> usize {
         let sizes = self.sent(axis).map(f64::abs).filter(|size| *size > 0.0);
         let sizes: BTreeSet<u64> = sizes.map(f64::to_bits).collect();
         sizes.len()
     }
 
-    /// Whether an axis was told to move both ways.
+    /// Whether an axis was commanded in both directions.
     pub(super) fn is_sent_both_ways(&self, axis: usize) -> bool {
         self.sent(axis).any(|v| v > 0.0) && self.sent(axis).any(|v| v < 0.0)
     }

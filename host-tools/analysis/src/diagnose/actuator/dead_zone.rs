@@ -1,8 +1,9 @@
-//! The dead zone of a command, with the gains of what lies beyond it.
+//! The dead zone of a command, and the gains of what lies beyond it.
 //!
-//! Who has to guess the scale of a command takes the slope through zero. Behind a dead zone the true one is several times as
-//! steep, so that neither explains anything without the other. The two sides of the zone act at different times: for each
-//! edge the motion of its side is simulated with gain 1, and the gains of each pair of edges follow by least squares.
+//! A user who has to guess the scale of a command takes its slope through zero. Behind a dead zone the true slope is several
+//! times as steep, so that neither zone nor gain explains anything without the other. The two sides of the zone act at different
+//! times. So for each edge the motion of its side is simulated with gain 1, and the gains for each pair of edges follow by least
+//! squares.
 
 use super::cost::{Cost, Term};
 use super::tried::{Scale, specs};
@@ -10,14 +11,15 @@ use rayon::prelude::*;
 use softdock_physics::model::stage::Stage;
 use softdock_statistics::dot;
 
-/// Edges of the zone that are tried, in the largest velocity that is sent. One beyond zero is that of an axis which creeps
-/// without a command.
+/// Edges of the zone that are tried, as shares of the largest velocity that is sent. A negative edge lies beyond zero: the axis
+/// creeps without a command.
 const EDGES: [f64; 14] = [
     -0.2, -0.1, -0.05, 0.0, 0.02, 0.05, 0.1, 0.16, 0.24, 0.34, 0.46, 0.58, 0.7, 0.82,
 ];
 
-/// The best zone on a grid for some axes beside terms, with its gain and its gain by direction if all axes that move are of
-/// one kind and these are not excluded; a scale in m/s that is wrong for three of six axes is no guess.
+/// The best zone on a grid for some axes beside given terms. Its gain and its gain by direction come with it, unless they are
+/// excluded or other axes move as well: a scale in m/s that is wrong for three of six axes is no guess. `None` if nothing is
+/// sent, or no gain is positive.
 pub(super) fn best_zone(
     axes: &[bool; 6],
     cost: &Cost<'_>,
@@ -70,7 +72,7 @@ pub(super) fn best_zone(
     best.map(|(_, terms)| terms)
 }
 
-/// The zone, with its gain and its gain by direction where they may be, within what a search tries.
+/// The zone, with its gain and its gain by direction where these are allowed, limited to the ranges that a search tries.
 fn terms(
     [low, high]: [f64; 2],
     [up, down]: [f64; 2],
@@ -96,7 +98,7 @@ fn terms(
     values.into_iter().filter_map(term).collect()
 }
 
-/// A value of a stage without a unit of its axes, within what a search tries.
+/// Limits a value to the range that a search tries, for a stage whose parameters have no unit of the axes.
 fn within(stage: Stage, value: f64) -> f64 {
     let tried = specs(stage, &Scale::of(std::iter::empty(), 1.0, false));
     tried
@@ -104,14 +106,14 @@ fn within(stage: Stage, value: f64) -> f64 {
         .map_or(value, |spec| value.clamp(spec.low, spec.high))
 }
 
-/// What is measured of some axes, in σ, one after the other.
+/// The measured velocities of some axes, in σ: all logs and axes one after the other.
 fn measured(axes: &[bool; 6], cost: &Cost<'_>) -> Vec<f64> {
     whitened(axes, cost, &|log, _| {
         vec![0.0; cost.logs[log].cycle_count()]
     })
 }
 
-/// The motion of one side beyond an edge with gain 1, in σ, like what is [`measured`].
+/// The motion of one side beyond an edge with gain 1, in σ, in the order of [`measured`].
 fn one_side(
     (sign, edge): (f64, f64),
     axes: &[bool; 6],
@@ -124,7 +126,7 @@ fn one_side(
         axes: *axes,
     };
     let zone = of(Stage::DeadZone, vec![0.0, edge]);
-    // Twice one side and none of the other, halved.
+    // Direction by ±1 doubles one side and removes the other; a gain of one half restores the one.
     let one = [
         of(Stage::Direction, vec![sign]),
         of(Stage::Gain, vec![-0.5]),
@@ -140,7 +142,7 @@ fn one_side(
         .collect()
 }
 
-/// Residuals of a prediction of each log and axis, in σ.
+/// Whitened residuals of a prediction, all logs and axes one after the other. `predicted` is called with log and axis.
 fn whitened(
     axes: &[bool; 6],
     cost: &Cost<'_>,
@@ -156,7 +158,7 @@ fn whitened(
     all
 }
 
-/// Products of the motion of one side, in σ.
+/// Inner products of the motion of one side, in σ.
 #[derive(Clone, Copy)]
 struct Side {
     /// With what is measured.
@@ -174,14 +176,14 @@ impl Side {
     }
 }
 
-/// By how much χ² falls with these gains of two sides; `both`: the product of the two.
+/// By how much χ² falls with the given gains of two sides; `both` is the product of their motions.
 fn explained([up, down]: [f64; 2], [forth, back]: [Side; 2], both: f64) -> f64 {
     up * (2.0 * forth.measured - up * forth.squares)
         + down * (2.0 * back.measured - down * back.squares)
         - 2.0 * up * down * both
 }
 
-/// Gains of two sides by least squares; none where one is not positive.
+/// Gains of two sides by least squares; `None` if one of them is not positive.
 fn apart(forth: Side, back: Side, both: f64) -> Option<[f64; 2]> {
     let determinant = forth.squares * back.squares - both * both;
     let gains = [
@@ -191,7 +193,7 @@ fn apart(forth: Side, back: Side, both: f64) -> Option<[f64; 2]> {
     gains.iter().all(|gain| *gain > 0.0).then_some(gains)
 }
 
-/// The same gain of both by least squares; none where it is not positive or nothing moves.
+/// One gain for both sides by least squares; `None` if it is not positive or nothing moves.
 fn alike(forth: Side, back: Side, both: f64) -> Option<[f64; 2]> {
     let squares = forth.squares + back.squares + 2.0 * both;
     let gain = (forth.measured + back.measured) / squares;

@@ -1,4 +1,4 @@
-//! What the search on the executed velocity found.
+//! The result of the search on the executed velocity.
 
 use super::candidate::Search;
 use super::cost::{Cost, LogCost, Term};
@@ -17,27 +17,28 @@ use softdock_statistics::rms;
 
 /// The unmodelled dynamics of the actuator.
 pub(crate) struct ActuatorFinding {
-    /// The search.
+    /// Result of the search.
     pub search: Search,
-    /// Its largest evidence.
+    /// The largest evidence of any stage alone.
     pub strongest: Option<f64>,
-    /// Residuals of each log and axis in units of its noise, with what is accepted.
+    /// Whitened residuals of each log and axis with the accepted terms.
     pub white: Vec<[Vec<f64>; 6]>,
-    /// Level of each log and axis over the data sheet's noise.
+    /// Rms residual of each log and axis over the data sheet's noise.
     pub level: Vec<[f64; 6]>,
-    /// χ² that the effects explain which the model has already.
+    /// Fall of χ² by the effects that the model has already.
     pub explained: f64,
-    /// Number of velocities that are judged.
+    /// Number of velocities that count.
     pub count: usize,
     /// Ends of the 95 % interval of each parameter of each term.
     pub intervals: Vec<Vec<[f64; 2]>>,
-    /// Parameters that stand where their search ends, in words.
+    /// For each parameter that lies at an end of its searched range: a sentence that says so.
     pub at_their_ends: Vec<String>,
     /// Effects about which the logs disagree.
     pub disagreeing: Vec<Disagreement>,
 }
 
-/// Searches what is between sent and executed velocity; none where nothing is sent or moves. `jitters`: the clock does.
+/// Searches what lies between sent and executed velocity. `jitters`: the clock does, so no pairs are searched. `None` where
+/// nothing is sent or moves.
 pub(crate) fn actuator_stage(
     model: &Model,
     logs: &Logs<Log>,
@@ -87,10 +88,11 @@ pub(crate) fn actuator_stage(
     })
 }
 
-/// What logs disagree about that have amounts of their own, worth their price. What all logs show beside these is something else than a
-/// disagreement. A machine that is no docking rig leaves something in any case: there it is one if the common amounts leave more
-/// than a name allows and those of each log do not. Of such a machine it is about the effects of which one log shows half as much again as
-/// another: evidence tells amounts apart that differ by some percent from run to run.
+/// Effects about which the logs disagree, given that own amounts of each log are worth their price. If these leave structure as
+/// well, the error is not a disagreement. A machine that is no docking rig always leaves something: there the logs disagree if
+/// the common amounts leave more than a name allows and the own ones do not. On such a machine only those effects count of which
+/// one log shows half as much again as another, as evidence alone tells amounts apart that differ by some percent from run to
+/// run.
 fn disagreements(
     common: &[Term],
     own: &[Vec<Term>],
@@ -126,8 +128,8 @@ fn disagreements(
     places.iter().map(amounts).collect()
 }
 
-/// Whether an amount of one log is half as large again as that of another, as [`DIFFERS`] asks of a wrench. Amounts that have no
-/// ratio, as the centre of a dead zone, do not count.
+/// Whether an amount of one log is half as large again as that of another, by [`DIFFERS`] as for a wrench. Amounts without a
+/// natural zero, as the centre of a dead zone, have no ratio and do not count.
 fn differ(place: usize, own: &[Vec<Term>], cost: &Cost<'_>) -> bool {
     let ratio = (1.0 + DIFFERS.sqrt()) / (1.0 - DIFFERS.sqrt());
     let term = &own[0][place];
@@ -145,7 +147,7 @@ fn differ(place: usize, own: &[Vec<Term>], cost: &Cost<'_>) -> bool {
     })
 }
 
-/// What terms leave that each log has in amounts of its own.
+/// What terms leave if each log has amounts of its own.
 fn left_apart(own: &[Vec<Term>], logs: &Logs<Log>, cost: &Cost<'_>, scatters: bool) -> Left {
     let mut squares = 0.0;
     let each = logs.all.iter().zip(own).enumerate();
@@ -167,7 +169,7 @@ fn left_apart(own: &[Vec<Term>], logs: &Logs<Log>, cost: &Cost<'_>, scatters: bo
     Left::of_velocities(axes.collect(), squares, cost.of(&[]), cost.count())
 }
 
-/// Level of what is left of each axis over the data sheet's noise.
+/// Rms of what is left of each axis, over the data sheet's noise.
 fn levels(log: &LogCost<'_>, white: &[Vec<f64>; 6]) -> [f64; 6] {
     std::array::from_fn(|axis| {
         let known = white[axis].get(log.known()).unwrap_or_default();

@@ -1,5 +1,5 @@
-//! Forms of an effect: the same one at another place of the chain, with another begin or end, or the effect that goes on with the same
-//! equation where its range ends.
+//! Forms of an effect: the same effect at another place of the chain, or with another begin or end; or the effect that continues
+//! it with the same equation beyond the end of its range.
 
 use super::candidate::{Candidate, rings};
 use super::cost::{Cost, Term};
@@ -8,8 +8,8 @@ use super::tried::{at_an_end, specs};
 use rayon::prelude::*;
 use softdock_physics::model::stage::Stage;
 
-/// The same effects in other forms, one effect changed at a time; a form that is best for an effect
-/// alone need not be the best beside another.
+/// The same effects in other forms, one effect changed at a time, each refined. The form that is best for an effect alone need
+/// not be the best beside others.
 pub(super) fn other_forms(
     candidate: &Candidate,
     cost: &Cost<'_>,
@@ -41,7 +41,7 @@ pub(super) fn other_forms(
         .collect()
 }
 
-/// The stage that is the same beyond the damping with which a search ends.
+/// The stage with the same equation beyond the damping at which a search ends; `None` if the damping is not at such an end.
 fn goes_on_as(term: &Term, cost: &Cost<'_>) -> Option<Stage> {
     let damping = specs(term.stage, &cost.scale(&term.axes)).get(1).copied()?;
     let ends = at_an_end(term.stage, &damping, *term.values.get(1)?);

@@ -10,7 +10,7 @@ pub(super) fn grid(spec: &Spec) -> Vec<f64> {
         .collect()
 }
 
-/// Value at a place 0 to 1 in the range of a parameter.
+/// Value at a place in the range of a parameter, from 0 (lowest) to 1 (highest).
 pub(super) fn place(spec: &Spec, at: f64) -> f64 {
     match spec.ratio_from {
         Some(from) => {
@@ -21,7 +21,7 @@ pub(super) fn place(spec: &Spec, at: f64) -> f64 {
     }
 }
 
-/// Place of a value in its range.
+/// Place of a value in its range, the inverse of [`place`].
 pub(super) fn place_of(spec: &Spec, value: f64) -> f64 {
     match spec.ratio_from {
         Some(from) => {

@@ -1,8 +1,8 @@
-//! How well a log determines the parameters of stages.
+//! 95 % intervals of the parameters of stages.
 //!
-//! Where χ² is smooth its curvature gives the interval. A pause or a play is only seen through the
-//! cycles that it holds still, so χ² is flat between two steps there: it is scanned, and the interval is
-//! where 2 Δ log L stays below that of 95 %, the other parameters at their best for each value.
+//! Where χ² is smooth, its curvature gives the interval. A pause or a play shows only in the cycles that it holds still, so χ² is
+//! a staircase there. It is scanned, and the interval is where 2 Δ log L stays below that of 95 %, with the other parameters at
+//! their best for each value.
 
 use super::candidate::Search;
 use super::cost::{Cost, Term};
@@ -16,15 +16,15 @@ use softdock_statistics::{DEVIATIONS_95, correlated_cycles, dot};
 
 /// 2 Δ log L at the ends of a 95 % interval of one parameter (χ² with one degree of freedom).
 const LIKELY_95: f64 = DEVIATIONS_95 * DEVIATIONS_95;
-/// A scan ends after this many values outside of the interval.
+/// A scan ends after this many successive values outside of the interval.
 const OUTSIDE: usize = 8;
-/// Most values of a scan to one side: two and a half cycles, or a width once more.
+/// Most values of a scan to one side: two and a half cycles, or once more the width of a play.
 const FARTHEST: usize = 100;
-/// No instant is known better than half of a part of a cycle, as the simulation cuts it.
+/// Resolution of an instant, in cycles: half of a part into which the simulation cuts a cycle.
 const RESOLVED: f64 = 1.0 / 16.0;
 
-/// Ends of the 95 % interval of each parameter of what is accepted, from the logs of the fit. Forms
-/// of it that the logs do not tell apart widen it: the truth may be any of them.
+/// Ends of the 95 % interval of each parameter of each accepted term, from the logs of the fit; empty if nothing is accepted.
+/// Forms that the logs do not tell apart widen it, as any of them may be the true one.
 pub(crate) fn intervals(search: &Search, train: &Cost<'_>) -> Vec<Vec<[f64; 2]>> {
     let Some(accepted) = &search.accepted else {
         return Vec::new();
@@ -40,16 +40,16 @@ pub(crate) fn intervals(search: &Search, train: &Cost<'_>) -> Vec<Vec<[f64; 2]>>
     all
 }
 
-/// χ² of terms as a function of all their parameters in a row.
+/// χ² of terms as a function of the vector of all their parameters.
 struct Profile<'a> {
     terms: &'a [Term],
     train: &'a Cost<'a>,
     flat: Vec<f64>,
-    /// The smallest value of each parameter that can be simulated: no limit and no width is negative.
+    /// The smallest value of each parameter that can be simulated: limits and widths are not negative.
     smallest: Vec<f64>,
     least: f64,
-    /// By how much χ² per value exceeds that of noise, times the successive values that count as one: a model that is not
-    /// perfect has less right to narrow intervals, and errors of a form go on for many cycles.
+    /// χ² per value over that of noise, times the number of successive values that count as one. It widens intervals, as errors
+    /// of form go on for many cycles.
     excess: f64,
 }
 
@@ -89,9 +89,9 @@ impl<'a> Profile<'a> {
         self.train.of(&moved)
     }
 
-    /// χ² with one parameter given and the others at their best within their deviations.
+    /// χ² with one parameter given, the others at their best within 4 standard deviations.
     fn given(&self, i: usize, value: f64, sigma: &[f64]) -> f64 {
-        /// How closely each of the others is found, in its deviations.
+        /// Precision of each of the others, in standard deviations.
         const TOLERANCE: f64 = 0.1;
         let mut values = self.flat.clone();
         values[i] = value;
@@ -113,11 +113,11 @@ impl<'a> Profile<'a> {
     }
 }
 
-/// The smallest values that the parameters of a term may have.
+/// The smallest values that the parameters of a term may take.
 fn smallest(term: &Term, train: &Cost<'_>) -> Vec<f64> {
-    /// Part of the smallest one that a search tries.
+    /// Share of the smallest value that a search tries.
     const BELOW: f64 = 1e-3;
-    // A delay and a lag are added to those of the nominal actuator, which may be too long.
+    // Delay and lag are added to those of the nominal actuator, which may be too long, so they may be negative.
     let is_added = matches!(term.stage, Stage::Delay | Stage::Lag);
     let specs = specs(term.stage, &train.scale(&term.axes));
     let of = |spec: &Spec| match spec.low >= 0.0 && !is_added {
@@ -127,7 +127,7 @@ fn smallest(term: &Term, train: &Cost<'_>) -> Vec<f64> {
     specs.iter().map(of).collect()
 }
 
-/// Successive values of what terms leave that count as one: the mean over logs and axes by their share of χ².
+/// Number of successive residuals that count as one: the mean over logs and axes, weighted by χ².
 fn correlated(terms: &[Term], train: &Cost<'_>) -> f64 {
     let white = train.white(terms);
     let left = white.iter().flatten().filter(|series| !series.is_empty());
@@ -138,8 +138,8 @@ fn correlated(terms: &[Term], train: &Cost<'_>) -> f64 {
     if squares > 0.0 { sum / squares } else { 1.0 }
 }
 
-/// The value of the fit is that of exact nominal parameters. The interval holds it, and lies around
-/// the best value with nominal parameters that may be off.
+/// Intervals around the best values with nuisance parameters free. They are extended to the value of the fit, which may be that
+/// for exact nominal parameters.
 fn of_terms(terms: &[Term], train: &Cost<'_>) -> Vec<Vec<[f64; 2]>> {
     let best = refined(terms.to_vec(), train);
     let mut all = around_best(&best, train);
@@ -150,7 +150,7 @@ fn of_terms(terms: &[Term], train: &Cost<'_>) -> Vec<Vec<[f64; 2]>> {
     for (term, intervals) in terms.iter().zip(&mut all) {
         let specs = specs(term.stage, &train.scale(&term.axes));
         for ((spec, value), interval) in specs.iter().zip(&term.values).zip(intervals) {
-            // Where a search ends a curvature says nothing of what lies beyond.
+            // At the end of a search the curvature says nothing of what lies beyond, so the interval is open.
             let [low, high] = at_an_end(term.stage, spec, *value);
             interval[0] = if low { f64::NEG_INFINITY } else { interval[0] };
             interval[1] = if high { f64::INFINITY } else { interval[1] };
@@ -159,7 +159,7 @@ fn of_terms(terms: &[Term], train: &Cost<'_>) -> Vec<Vec<[f64; 2]>> {
     all
 }
 
-/// Parameters that stand where their search ends, in words.
+/// A sentence for each parameter that lies at an end of its searched range.
 pub(super) fn at_their_ends(terms: &[Term], train: &Cost<'_>) -> Vec<String> {
     let of_term = |term: &Term| {
         let specs = specs(term.stage, &train.scale(&term.axes));
@@ -197,7 +197,7 @@ fn around_best(terms: &[Term], train: &Cost<'_>) -> Vec<Vec<[f64; 2]>> {
             let own = term.values.iter().map(|value| {
                 let interval = match plateau_step(term.stage, *value, train.cycle_s()) {
                     Some(step) => {
-                        // No part of a cycle resolves a play, which is a way.
+                        // A play is a length, which the parts of a cycle do not limit.
                         let is_time = matches!(term.stage, Stage::Pause(..));
                         let resolved = if is_time {
                             RESOLVED * train.cycle_s()
@@ -221,7 +221,7 @@ fn around_best(terms: &[Term], train: &Cost<'_>) -> Vec<Vec<[f64; 2]>> {
         .collect()
 }
 
-/// How far the values around the best one that are likely reach down and up.
+/// How far likely values reach below and above the best one.
 fn scanned(profile: &Profile<'_>, i: usize, sigma: &[f64], step: f64) -> [f64; 2] {
     let best = profile.flat[i];
     let likely = profile.least + LIKELY_95 * profile.excess;
@@ -238,13 +238,13 @@ fn scanned(profile: &Profile<'_>, i: usize, sigma: &[f64], step: f64) -> [f64; 2
                 outside += 1;
             }
         }
-        // The limit lies between the last value inside and the first outside.
+        // The limit lies between the last value inside and the first one outside.
         (last as f64 + 0.5) * step
     };
     [end(-1.0), end(1.0)]
 }
 
-/// Standard deviation of each parameter, from the curvature of χ².
+/// Standard deviation of each parameter from the curvature of χ², all parameters free.
 fn deviations(profile: &Profile<'_>) -> Vec<f64> {
     let size = profile.flat.len();
     let steps: Vec<f64> = (0..size).map(|i| step_to_one(i, profile)).collect();
@@ -268,7 +268,7 @@ fn deviations(profile: &Profile<'_>) -> Vec<f64> {
     (0..size)
         .map(|i| {
             let own = covariance.as_ref().map_or(f64::NAN, |c| c[(i, i)].sqrt());
-            // A cost that is not smooth has no curvature; one unit of χ² is a deviation still.
+            // A cost that is not smooth may have no usable curvature; a rise of χ² by one is one deviation all the same.
             steps[i] * if own.is_finite() { own.max(1.0) } else { 1.0 }
         })
         .collect()

@@ -1,8 +1,8 @@
-//! The unmodelled dynamics of the actuator, by simulation: delays, pauses and limits are no terms of a regression.
+//! The unmodelled dynamics of the actuator, found by simulation, as delays, pauses and limits are not linear in any parameter.
 //!
-//! The velocities that were sent are free of noise, so the simulated execution is. Every stage of
-//! [`Stage::ALL`](softdock_physics::model::stage::Stage::ALL) is tried alone, with its parameters searched; if none reaches the noise, pairs
-//! are searched jointly, and more are added as long as the evidence over all logs rises.
+//! The velocities that were sent are free of noise, and so is the simulated execution. Every stage of
+//! [`Stage::ALL`](softdock_physics::model::stage::Stage::ALL) is tried alone with its best parameters. If none reaches the noise,
+//! pairs are searched jointly, and more stages are added as long as the evidence over all logs rises.
 
 mod alone;
 mod candidate;

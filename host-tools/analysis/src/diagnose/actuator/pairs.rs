@@ -1,4 +1,4 @@
-//! Two stages at once, searched together: the best of each alone need not be the best pair.
+//! Pairs of stages, searched together: the best values of each alone need not be those of the best pair.
 
 use super::candidate::{Candidate, is_a_cause};
 use super::cost::{Cost, Term};
@@ -7,9 +7,9 @@ use super::refine::refined;
 use super::tried::specs;
 use rayon::prelude::*;
 
-/// Rivals that are taken into the search for pairs.
+/// Single stages from which pairs are formed.
 const PAIRED: usize = 7;
-/// Pairs whose grid is searched in both stages at once.
+/// Pairs that are evaluated on the whole grid of both stages.
 const GRIDDED: usize = 8;
 /// Pairs that are refined.
 const REFINED: usize = 4;
@@ -57,7 +57,7 @@ pub(super) fn best_pair(singles: &[Candidate], cost: &Cost<'_>) -> Option<Candid
         .min_by(|a, b| a.priced(cost).total_cmp(&b.priced(cost)))
 }
 
-/// Values around the best ones of a block alone, one parameter moved at a time.
+/// Values around the best ones of a block alone, one parameter moved over its grid at a time.
 fn around(block: &[Term], cost: &Cost<'_>) -> Vec<Vec<Term>> {
     let mut all = vec![block.to_vec()];
     for (i, term) in block.iter().enumerate() {
@@ -75,7 +75,7 @@ fn around(block: &[Term], cost: &Cost<'_>) -> Vec<Vec<Term>> {
     all
 }
 
-/// A coarse grid around the best values of two stages alone.
+/// A coarse grid around the best values of each of two stages alone.
 struct PairGrid<'a> {
     cost: &'a Cost<'a>,
     variants: [Vec<Vec<Term>>; 2],
@@ -89,12 +89,12 @@ impl<'a> PairGrid<'a> {
         }
     }
 
-    /// Both stages with these variants.
+    /// Terms of both stages at these places of the grid.
     fn terms(&self, i: usize, k: usize) -> Vec<Term> {
         [&self.variants[0][i][..], &self.variants[1][k]].concat()
     }
 
-    /// Best cost with one of the two as it is best alone.
+    /// Best cost with at least one of the two as it is best alone.
     fn best_line(&self) -> (f64, Vec<Term>) {
         let (rows, columns) = (self.variants[0].len(), self.variants[1].len());
         let along_first = (0..rows).map(|i| (i, 0));

@@ -1,24 +1,24 @@
-//! Better parameters from where a grid has found good ones.
+//! Local refinement of parameters that a grid has found.
 
 use super::cost::{Cost, Term};
 use super::grid::{place, place_of};
 use super::tried::{Spec, plateau_step, specs};
 use softdock_physics::optimise::{lowest_valley, nelder_mead};
 
-/// Improves the parameters of terms from where they are.
+/// Improves the parameters of terms, starting from their present values. χ² does not rise.
 pub(super) fn refined(terms: Vec<Term>, logs: &Cost<'_>) -> Vec<Term> {
     improved(terms, logs, &|terms| logs.of(terms))
 }
 
-/// The same with a cost of its own.
+/// The same with another cost function.
 pub(super) fn improved(
     terms: Vec<Term>,
     logs: &Cost<'_>,
     cost: &dyn Fn(&[Term]) -> f64,
 ) -> Vec<Term> {
-    /// Steps of a simplex of few parameters.
+    /// Fewest steps of the simplex.
     const FEWEST_STEPS: usize = 60;
-    /// Steps for each of many.
+    /// Steps of the simplex for each parameter, if there are many.
     const STEPS_EACH: usize = 20;
     let on_grid = OnGrid {
         specs: terms
@@ -53,10 +53,10 @@ pub(super) fn improved(
     middle_of_plateaus(found, logs, cost)
 }
 
-/// Terms whose parameters are places on their grid, 0 to 1.
+/// Terms whose parameters are expressed as places in their ranges, 0 to 1.
 struct OnGrid<'a> {
     terms: &'a [Term],
-    /// Of the parameters of each term.
+    /// Ranges of the parameters of each term.
     specs: Vec<Vec<Spec>>,
 }
 
@@ -65,7 +65,7 @@ impl OnGrid<'_> {
         self.specs.iter().flatten()
     }
 
-    /// Where the terms are.
+    /// The places of the present values.
     fn places(&self) -> Vec<f64> {
         let values = self.terms.iter().flat_map(|t| t.values.iter());
         values
@@ -74,7 +74,7 @@ impl OnGrid<'_> {
             .collect()
     }
 
-    /// The terms at other places.
+    /// The terms with other places.
     fn at(&self, places: &[f64]) -> Vec<Term> {
         let mut places = places.iter();
         let term = |(term, specs): (&Term, &Vec<Spec>)| Term {
@@ -89,16 +89,16 @@ impl OnGrid<'_> {
     }
 }
 
-/// Minimum of a cost in some cells of a grid, where and how low: a finer grid, as it may have several valleys there.
+/// Minimum of a cost in some cells of a grid: its place and its value. A finer grid comes first, as there may be several valleys.
 pub(super) fn bottom(low: f64, high: f64, cost: impl FnMut(f64) -> f64) -> (f64, f64) {
     /// Cells of the finer grid.
     const CELLS: u32 = 10;
-    /// Of one of them.
+    /// Precision of the place.
     const TOLERANCE: f64 = 2e-4;
     lowest_valley((low, high), CELLS, TOLERANCE, cost)
 }
 
-/// Where the cost is flat around its minimum, the middle of the flat is the estimate.
+/// Where the cost is flat around its minimum, the middle of the flat part is the estimate.
 fn middle_of_plateaus(
     mut terms: Vec<Term>,
     logs: &Cost<'_>,
@@ -119,7 +119,7 @@ fn middle_of_plateaus(
             scanned.push((value, cost(&shifted)));
         }
         let least = scanned.iter().map(|s| s.1).fold(f64::INFINITY, f64::min);
-        // One unit of χ² is one standard deviation.
+        // A rise of χ² by one is one standard deviation.
         let flat: Vec<f64> = scanned
             .iter()
             .filter(|s| s.1 <= least + 1.0)

@@ -1,7 +1,7 @@
 //! The search over stages of the actuator, over all logs together.
 //!
-//! Every stage is tried alone; the best stages are searched in pairs, both at once; and what is
-//! best is added to, exchanged and taken back one stage at a time as long as the evidence rises.
+//! Every stage is tried alone. The best stages are searched in pairs, both at once. The search then adds one stage at a time as
+//! long as the evidence rises, and once more without the stage that is needed least.
 
 use super::alone::{NEGLIGIBLE_GAIN, best_single, scopes};
 use super::candidate::{
@@ -16,26 +16,26 @@ use crate::diagnose::watch::Watch;
 use rayon::prelude::*;
 use softdock_physics::model::stage::Stage;
 
-/// Most stages that an actuator may lack.
+/// Most effects that an actuator may lack.
 const MOST: usize = 4;
-/// Stages that are tried beside others.
+/// Most stages that are tried beside others.
 const TRIED_BESIDE: usize = 6;
 
-/// What is asked of a search.
+/// The options of a search.
 pub(crate) struct Ask<'a> {
     /// Effects that are not tried.
     pub excluded: &'a (dyn Fn(&str) -> bool + Sync),
-    /// The best stage is taken although it is not significant.
+    /// Take the best stage even if it is not significant.
     pub forced: bool,
-    /// No pairs: what is left is known not to be the actuator's.
+    /// Search no pairs, as what is left is known not to come from the actuator.
     pub alone: bool,
-    /// Number of logs of the fit, the first ones.
+    /// Number of logs of the fit, which come first.
     pub fitted: usize,
-    /// Who follows it.
+    /// Receives each hypothesis when it is tried.
     pub watch: Watch<'a>,
 }
 
-/// Searches. Tolerances that the answer strains are taken away, and the search begins anew.
+/// Searches for stages. If the answer needs nuisance parameters too far off, these are held and the search is repeated.
 pub(crate) fn search(cost: &mut Cost<'_>, ask: &Ask<'_>) -> Search {
     let mut found = searched(cost, ask);
     if cost.freeze_strained(found.terms()) {
@@ -66,7 +66,7 @@ fn searched(cost: &Cost<'_>, ask: &Ask<'_>) -> Search {
         best = climbed(best, &singles, &scopes, cost, ask);
         ask.watch.tell(|| best.trial(&nominal));
     }
-    // What leaves less for its price than all that it could imitate is no imitation.
+    // A servo that leaves less, its price paid, than all that it could imitate is no imitation.
     let leaves_less = |c: &&Candidate| c.priced(cost) + TOLD_APART < best.priced(cost);
     let mut servos = singles.iter().filter(|c| is_a_servo(c));
     if let Some(servo) = servos.find(leaves_less).filter(|_| unfinished(&best)) {
@@ -91,7 +91,7 @@ fn searched(cost: &Cost<'_>, ask: &Ask<'_>) -> Search {
         let ids = candidate.ids();
         equal_forms = choose_form(candidate, cost, ask.excluded);
         prefer_exact_nominal(candidate, cost);
-        // Beside what goes on beyond the end of a search others may be worth more.
+        // Beside a stage that continues beyond the range of another one, further stages may be worth their price.
         if candidate.ids() != ids && !ask.alone {
             let more = climbed(candidate.clone(), &singles, &scopes, cost, ask);
             if let Some(more) = pruned(more, &nominal, cost) {
@@ -117,8 +117,8 @@ fn searched(cost: &Cost<'_>, ask: &Ask<'_>) -> Search {
     }
 }
 
-/// Whether the commands can show a stage: a static curve that is seen at one size of them is a straight line, and commands in one
-/// direction do not tell its gain from that of both.
+/// Whether the commands can show a stage. A static curve that is seen at one command size is a straight line, and commands in one
+/// direction do not tell the gain of this direction from that of both.
 fn can_show(cost: &Cost<'_>, stage: Stage) -> bool {
     let shows = |axis: usize| match stage {
         Stage::DeadZone | Stage::PlannerVelocity => cost.sizes_of_commands(axis) > 1,
@@ -128,7 +128,8 @@ fn can_show(cost: &Cost<'_>, stage: Stage) -> bool {
     (0..6).any(|axis| cost.active[axis] && shows(axis))
 }
 
-/// Pairs, then one stage more at a time, as long as the evidence rises, and once more without the one that is needed least.
+/// Tries the best pair, then adds one stage at a time as long as the evidence rises; then once more without the stage that is
+/// needed least.
 fn climbed(
     start: Candidate,
     singles: &[Candidate],
@@ -151,7 +152,7 @@ fn climbed(
         now = pair;
     }
     let now = one_more_at_a_time(now, None, &better, singles, scopes, cost, ask);
-    // One stage may stand where two are: the one that is needed least is left out once, and others take its place.
+    // One stage may stand in the place of two. So the stage that is needed least is left out once, and others may take its place.
     let nominal = Candidate::new(Vec::new(), cost);
     let is_zone = |stage: Stage| stage == Stage::DeadZone || is_a_gain(stage);
     let of_zone = |id: &str| {
@@ -174,7 +175,7 @@ fn climbed(
     }
 }
 
-/// Adds one stage after the other, as long as the evidence rises; `but`: never this one.
+/// Adds one stage at a time as long as the evidence rises, up to [`MOST`] effects; never the effect `but`.
 fn one_more_at_a_time(
     start: Candidate,
     but: Option<&str>,
@@ -186,7 +187,7 @@ fn one_more_at_a_time(
 ) -> Candidate {
     let mut now = start;
     while now.causes() < MOST && level(now.chi2, cost) > AT_NOISE {
-        // The gains that a dead zone brings along may be there already.
+        // Only the first term is asked, as the gains that a dead zone brings along may be there already.
         let new = |c: &&Candidate| {
             let first = c.terms.first().map(|term| term.stage.id());
             let is_new = |id: &str| !now.ids().contains(&id) && but != Some(id);
@@ -194,14 +195,15 @@ fn one_more_at_a_time(
         };
         let others = singles.iter().filter(|c| is_a_cause(c, cost)).filter(new);
         let others = others.filter_map(|c| Some(c.terms.first()?.stage));
-        // A gain beyond a dead zone explains little without it.
+        // A gain beyond a dead zone explains little alone, so it is tried whatever its rank.
         let of_zone = |stage: Stage| now.has(Stage::DeadZone) && is_a_gain(stage);
         let mut stages: Vec<Stage> = others
             .enumerate()
             .filter(|(place, stage)| *place < TRIED_BESIDE || of_zone(*stage))
             .map(|(_, stage)| stage)
             .collect();
-        // A mode that imitates a delay alone may ring behind it; among many others it would imitate what is left of them.
+        // A mode that imitates a delay when alone may ring behind that delay. It is tried only if there are no other stages, as
+        // among many it would imitate what is left of them.
         if stages.is_empty() {
             let modes = singles.iter().filter(|c| !rings(c)).filter(new);
             stages.extend(modes.filter_map(|c| Some(c.terms.first()?.stage)));
@@ -223,8 +225,8 @@ fn one_more_at_a_time(
     now
 }
 
-/// A mode beside each other stage as that is best alone: of one that rings behind a delay frequency and damping are found behind it, and
-/// not alone.
+/// Where a mode is the only term: the mode searched anew beside each other stage at the best values of that stage alone. The
+/// frequency and damping of a mode behind a delay are found beside the delay and not alone.
 fn the_other_way_round(
     now: &Candidate,
     singles: &[Candidate],
@@ -250,7 +252,7 @@ fn the_other_way_round(
         .collect()
 }
 
-/// What is left without one effect, with the others at their best.
+/// The candidate without one effect, the other terms refined.
 fn without(candidate: &Candidate, id: &str, nominal: &Candidate, cost: &Cost<'_>) -> Candidate {
     let rest: Vec<Term> = candidate
         .terms
@@ -264,7 +266,7 @@ fn without(candidate: &Candidate, id: &str, nominal: &Candidate, cost: &Cost<'_>
     Candidate::new(refined(rest, cost), cost)
 }
 
-/// Evidence for each effect beside the others.
+/// Evidence for each effect: by how much the priced χ² rises without it, the others refined.
 fn each(candidate: &Candidate, nominal: &Candidate, cost: &Cost<'_>) -> Vec<(&'static str, f64)> {
     let priced = candidate.priced(cost);
     let ids = candidate.ids().into_iter();
@@ -277,7 +279,7 @@ fn each(candidate: &Candidate, nominal: &Candidate, cost: &Cost<'_>) -> Vec<(&'s
     .collect()
 }
 
-/// What speaks for each effect: also against the stages alone that do without it.
+/// Support of each effect: its evidence beside the others, and that against the best single stage without it.
 fn support(
     candidate: &Candidate,
     singles: &[Candidate],
@@ -294,7 +296,7 @@ fn support(
     each(candidate, nominal, cost).into_iter().map(of).collect()
 }
 
-/// Without the effects that are not worth their price beside the others.
+/// Removes effects that are not worth their price beside the others, the weakest first. `None` if none is left.
 fn pruned(found: Candidate, nominal: &Candidate, cost: &Cost<'_>) -> Option<Candidate> {
     let mut now = found;
     while !now.terms.is_empty() {
@@ -310,7 +312,8 @@ fn pruned(found: Candidate, nominal: &Candidate, cost: &Cost<'_>) -> Option<Cand
     None
 }
 
-/// The same without an effect with which more is left of the unseen logs than noise makes, if there is one and the logs do not disagree.
+/// The candidate without an effect that makes χ² of the unseen logs worse by more than [`TOLD_APART`]. `None` if there is no such
+/// effect, or if the logs disagree.
 fn without_misleading(
     candidate: &Candidate,
     nominal: &Candidate,
@@ -325,7 +328,7 @@ fn without_misleading(
     (!disagree).then_some(better)
 }
 
-/// The terms with the parameters of each log alone, if the logs disagree about them.
+/// The terms fitted to each log alone, if the logs disagree about them; one entry per log. `None` if they agree.
 fn apart_if_they_disagree(
     candidate: &Candidate,
     nominal: &Candidate,
@@ -339,7 +342,7 @@ fn apart_if_they_disagree(
         let alone = cost.of_logs(|k| k == log);
         let terms = refined(candidate.terms.clone(), &alone);
         let (own, common) = (alone.of(&terms), alone.of(&candidate.terms));
-        // Both with nominal values of the log's own, which what is common does not have to pay for.
+        // Both χ² have nuisance parameters of this log alone, so that the common values do not pay for these.
         match own < common {
             true => (common - own, terms),
             false => (0.0, candidate.terms.clone()),
@@ -352,18 +355,18 @@ fn apart_if_they_disagree(
     evidence::disagree(gain, explained, more, cost.count()).then_some(terms)
 }
 
-/// The same stages with the parameters that the logs of the fit alone give.
+/// The same stages with the parameters of the logs of the fit alone.
 fn of_fit(candidate: Candidate, cost: &Cost<'_>, fitted: usize) -> Candidate {
     let own = cost.of_logs(|log| log < fitted);
     let terms = refined(candidate.terms.clone(), &own);
-    // What these logs do not show is taken from all.
+    // If these logs do not show the stages, the parameters are those of all logs.
     if own.of(&[]) - own.of(&terms) < NEGLIGIBLE_GAIN {
         return candidate;
     }
     Candidate::new(terms, cost)
 }
 
-/// Takes the form that explains the logs best; returns those of the same effects that are not told from it.
+/// Takes the form that explains the logs best. Returns the other forms of the same effects that the logs do not tell from it.
 fn choose_form(
     candidate: &mut Candidate,
     cost: &Cost<'_>,
@@ -376,15 +379,15 @@ fn choose_form(
     {
         std::mem::swap(best, candidate);
     }
-    // In units of the noise that the best form leaves.
+    // The limit is in units of the noise that the best form leaves.
     let noise = (candidate.chi2 / cost.count().max(1) as f64).max(1.0);
     let as_good = candidate.chi2 + TOLD_APART * noise;
     others.retain(|other| other.chi2 < as_good && other.ids() == candidate.ids());
     others
 }
 
-/// What a stage explains is not left to the tolerances: its parameters are fitted once more with
-/// exact nominal values, if that explains the log as well.
+/// Fits the parameters once more with the nuisance parameters at their nominal values, and takes these if they explain the logs
+/// as well: what a stage explains must not be left to the tolerances.
 fn prefer_exact_nominal(candidate: &mut Candidate, cost: &Cost<'_>) {
     let exact = improved(candidate.terms.clone(), cost, &|terms| cost.exactly(terms));
     if cost.exactly(&exact) < candidate.chi2 + TOLD_APART {

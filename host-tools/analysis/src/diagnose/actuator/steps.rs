@@ -1,35 +1,33 @@
-//! The step to which commands are rounded.
+//! The step to which commands are rounded, found by a search of its own.
 //!
-//! Rounding to another step than the true one leaves an error that has nothing to do with the true
-//! one. χ² therefore falls only where both agree in the whole range of velocities: where the number
-//! of steps in the largest velocity is right to a small fraction of one. The grid is uniform in that
-//! number, and axes without any error do not count.
+//! Rounding to a step that is not the true one leaves an error that is unrelated to the true rounding error. So χ² falls only
+//! where both agree over the whole range of velocities: where the number of steps in the largest velocity is right to a small
+//! fraction of one. The grid is uniform in that number, and axes without any error do not count.
 
 use super::cost::{AxisCost, Cost, LogCost, Term};
 use super::refine::bottom;
 use softdock_physics::model::stage::Stage;
 use softdock_statistics::rms;
 
-/// Steps in the largest velocity that are tried, at most; finer rounding is a detail of any error.
+/// Most steps in the largest velocity that are tried; finer rounding is a detail of any error.
 const MOST: f64 = 40.0;
-/// Fewest: with half a step nothing moves.
+/// Fewest steps in the largest velocity: with half a step nothing moves.
 const FEWEST: f64 = 0.5;
-/// Distance of two values of the grid. Half of an error of the number of steps is the share of
-/// commands that are rounded to the wrong side, by a whole step each, where no rounding at all costs
-/// a twelfth of that: only within a sixth of a step χ² falls.
+/// Distance of two values of the grid, in steps. Half of the error in the number of steps is the share of commands that are
+/// rounded to the wrong side. Each of these is wrong by a whole step squared, where no rounding at all costs a twelfth of that.
+/// So χ² falls only within a sixth of a step.
 const APART: f64 = 0.1;
-/// The same as a share: a command that stands still close to where two steps meet is rounded to
-/// the wrong side for long.
+/// The same as a share of the number of steps: a command that stays close to where two steps meet is rounded to the wrong side
+/// for long.
 const APART_BY_RATIO: f64 = 0.008;
-/// Valleys that are looked into.
+/// Valleys of the grid that are refined.
 const VALLEYS: usize = 4;
-/// Values of an axis' command that a step has to round, at least: of a few a gain or an offset does the same. Set by
-/// hand.
+/// Fewest different commands on an axis: on a few, a gain or an offset does the same as a step. Set by hand.
 const COMMANDS: usize = 10;
-/// Error over the data sheet's noise above which there is something to explain.
+/// Ratio of the error to the data sheet's noise above which there is something to explain.
 const VISIBLE: f64 = 1.03;
 
-/// The step of the axes of one kind that explains them best; None where nothing is wrong.
+/// The step that explains the axes of one kind best. `None` where no axis has an error, or the commands have too few values.
 pub(super) fn best_step(axes: &[bool; 6], cost: &Cost<'_>) -> Option<f64> {
     let wrong: Vec<usize> = (0..6)
         .filter(|axis| axes[*axis] && level(cost, *axis) > VISIBLE)
@@ -57,7 +55,7 @@ pub(super) fn best_step(axes: &[bool; 6], cost: &Cost<'_>) -> Option<f64> {
         for axis in &wrong {
             costs[*axis] = cost.of_axis(&cost.chain(&term, *axis), *axis);
             sum = cost.total(&costs);
-            // What is worse than no rounding need not be known exactly.
+            // Once χ² exceeds that without rounding, its exact value does not matter.
             if sum > unrounded {
                 break;
             }
@@ -85,13 +83,13 @@ fn apart(steps: f64) -> f64 {
     APART.min(APART_BY_RATIO * steps)
 }
 
-/// Numbers of steps on the grid.
+/// Numbers of steps in the largest velocity, on the grid.
 fn places() -> impl Iterator<Item = f64> {
     std::iter::successors(Some(FEWEST), |steps| Some(steps + apart(*steps)))
         .take_while(|steps| *steps < MOST)
 }
 
-/// Error of an axis with the nominal actuator, over the data sheet's noise.
+/// Rms error of an axis with the nominal actuator over the data sheet's noise, of the log where it is largest.
 fn level(cost: &Cost<'_>, axis: usize) -> f64 {
     let chain = cost.chain(&[], axis);
     let level = |log: &LogCost<'_>| {

@@ -1,22 +1,22 @@
-//! What a search tries for the parameters of a stage.
+//! The ranges and grids in which a search looks for the parameters of a stage.
 
 use softdock_physics::effects::actuator::backlash;
 use softdock_physics::model::stage::Stage;
 
-/// A parameter of a hypothesis.
+/// A parameter of a stage, with its range and grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Spec {
     /// Name with unit, as in the catalogue.
     pub name: &'static str,
     /// SI unit.
     pub unit: &'static str,
-    /// Smallest and largest value that is tried.
+    /// Smallest value that is tried.
     pub low: f64,
-    /// Largest value.
+    /// Largest value that is tried.
     pub high: f64,
-    /// Values are spread by the ratio of their distances from this one; None: evenly.
+    /// The grid is geometric in the distance from this value; `None` for an even grid.
     pub ratio_from: Option<f64>,
-    /// Values on the first grid.
+    /// Number of values on the first grid.
     pub grid: usize,
 }
 
@@ -37,7 +37,7 @@ fn acceleration(steepest: f64) -> Vec<Spec> {
 }
 
 fn jerk(fastest: f64, largest: f64) -> Vec<Spec> {
-    /// The slowest approach that is tried, s: twice √(v/j) from rest to the largest velocity.
+    /// Duration of the slowest approach that is tried, s: 2 √(v/j) from rest to the largest velocity.
     const APPROACH_S: f64 = 0.5;
     let low = 4.0 * fastest / (APPROACH_S * APPROACH_S);
     let high = (0.99 * largest).max(2.0 * low);
@@ -49,7 +49,7 @@ fn velocity(fastest: f64) -> Vec<Spec> {
     vec![spec("max_velocity_m_s", "m/s", low, high, 12)]
 }
 
-/// What a search tries for the parameters of a stage; limits are scaled by what the log holds.
+/// Ranges and grids of the parameters of a stage; those of limits are scaled by the motion in the log.
 pub(crate) fn specs(stage: Stage, scale: &Scale) -> Vec<Spec> {
     match stage {
         Stage::Delay => {
@@ -82,14 +82,14 @@ pub(crate) fn specs(stage: Stage, scale: &Scale) -> Vec<Spec> {
         ],
         Stage::Pause(..) => vec![spec("pause_s", "s", 3e-4, 0.1, 16)],
         Stage::DriveAcceleration => acceleration(scale.acceleration),
-        // A loop asks for most at the begin of a cycle, of which the log shows the mean.
+        // A loop asks for most at the begin of a cycle, and the log shows the mean over the cycle.
         Stage::LoopAcceleration => acceleration(2.0 * scale.acceleration),
         Stage::PlannerAcceleration => acceleration(scale.sent_acceleration),
         Stage::DriveJerk => jerk(scale.velocity, scale.jerk),
         Stage::PlannerJerk => jerk(scale.sent_velocity, scale.sent_jerk),
         Stage::DriveVelocity => velocity(scale.velocity),
         Stage::PlannerVelocity => velocity(scale.sent_velocity),
-        // A scale that was guessed may be far off: the ratio of two gains counts.
+        // A scale that was guessed may be far off, so the grid is even in the ratio of gains.
         Stage::Gain => vec![Spec {
             ratio_from: Some(-1.0),
             ..spec("gain_error", "-", -0.95, 20.0, 25)
@@ -125,10 +125,10 @@ pub(crate) fn specs(stage: Stage, scale: &Scale) -> Vec<Spec> {
     }
 }
 
-/// At which end of its range a value stands, lower or upper, if it does: the true one may lie beyond. The steps of a command are looked for
-/// elsewhere.
+/// Whether a value stands at the lower and at the upper end of its range, so that the true one may lie beyond. Never for the step
+/// of a command, whose search is not limited to this range.
 pub(super) fn at_an_end(stage: Stage, spec: &Spec, value: f64) -> [bool; 2] {
-    /// Part of the range of a search that is its end.
+    /// Share of the range, at its end, that counts as the end.
     const END: f64 = 0.01;
     let reach = match spec.ratio_from {
         Some(from) => [END * (spec.low - from), END * (spec.high - from)],
@@ -141,12 +141,12 @@ pub(super) fn at_an_end(stage: Stage, spec: &Spec, value: f64) -> [bool; 2] {
     ]
 }
 
-/// Values apart from each other at which plateaus of a cost are looked for that is piecewise constant: the cycles that a
-/// pause or a play holds still are counted. None where the cost is smooth.
+/// Spacing of values at which the plateaus of a piecewise constant χ² are scanned: a pause or a play changes χ² only by the
+/// cycles that it holds still. `None` where χ² is smooth.
 pub(super) fn plateau_step(stage: Stage, value: f64, cycle_s: f64) -> Option<f64> {
-    /// Parts of a cycle.
+    /// Values per cycle, for a pause.
     const OF_CYCLE: f64 = 40.0;
-    /// Parts of a width.
+    /// Values per width, for a play.
     const OF_WIDTH: f64 = 100.0;
     match stage {
         Stage::Pause(..) => Some(cycle_s / OF_CYCLE),
@@ -155,42 +155,42 @@ pub(super) fn plateau_step(stage: Stage, value: f64, cycle_s: f64) -> Option<f64
     }
 }
 
-/// How large motions are in the log.
+/// Size of the motions in the logs, for some axes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scale {
     /// Largest nominal velocity of the axes in question, in their unit.
     pub velocity: f64,
     /// Largest change of the nominal velocity per second.
     pub acceleration: f64,
-    /// Largest change of its change per second².
+    /// Largest change of that acceleration per second.
     pub jerk: f64,
     /// Largest sent velocity, which a planner limits.
     pub sent_velocity: f64,
     /// Largest change of the sent velocity per second.
     pub sent_acceleration: f64,
-    /// Largest change of its change per second².
+    /// Largest change of that acceleration per second.
     pub sent_jerk: f64,
     /// Half of the cycle rate, Hz.
     pub nyquist_hz: f64,
     /// The axes are rotations.
     pub rotates: bool,
-    /// By how much slower than the slowest drive of a docking rig the drive of this log may be, 1 or more: who logs at a lower rate
-    /// has a slower machine ([`slower`]).
+    /// By how much slower than the slowest drive of a docking rig the drive of this log may be, 1 or more: a machine that is
+    /// logged at a lower rate is slower ([`slower`]).
     pub slower: f64,
 }
 
-/// Delay or lag of the slowest drive that is looked for on a docking rig, in its cycles of 4 ms. Set by hand.
+/// Delay or lag of the slowest drive that is looked for on a docking rig, in cycles of 4 ms. Set by hand.
 const SLOWEST_CYCLES: f64 = 30.0;
 /// The same in s.
 const SLOWEST_S: f64 = 0.12;
 
-/// By how much slower than the slowest drive of a docking rig that of a log with such a cycle may be.
+/// By how much slower than the slowest drive of a docking rig the drive may be in a log with this sampling period, s.
 pub(super) fn slower(cycle_s: f64) -> f64 {
     (cycle_s * SLOWEST_CYCLES / SLOWEST_S).max(1.0)
 }
 
 impl Scale {
-    /// Of sent and nominally executed velocities.
+    /// From pairs of sent and nominally executed velocity.
     pub(crate) fn of<'s>(
         series: impl Iterator<Item = (&'s [f64], &'s [f64])>,
         cycle_s: f64,
@@ -248,7 +248,7 @@ mod tests {
         assert_eq!(at(2e-5), [true, false]);
     }
 
-    /// A gear has more play in radians than a guide in metres.
+    /// A gear has more play in radians than a guide has in metres.
     #[test]
     fn play_is_looked_for_as_far_as_the_catalogue_goes() {
         let widest = |rotates| {

@@ -1,4 +1,4 @@
-//! The closest rival of what is named: what else the logs would allow in the place of a named effect, and whether they tell
+//! The closest rival of what is named: what else could stand in the place of a named effect by these logs, and whether they tell
 //! the two apart.
 
 use crate::diagnose::catalogue::is_shape;
@@ -8,8 +8,8 @@ use softdock_physics::effects::{Effect, Law, by_id};
 use softdock_physics::model::Channel;
 use std::collections::BTreeSet;
 
-/// The closest rival of what is named: one effect, or two in whose place is one of several amounts, if these are a tie where no one is.
-/// Of one effect a tie is joined by two that have its place.
+/// The closest rival: one effect, or, if none ties, two that tie in the place of a named effect with several amounts. If one
+/// effect ties, two that tie in the same place are added to its ties.
 fn runner_up(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
     let alone = one_in_place(named, ranked);
     let Some(two) = two_in_place(named, ranked) else {
@@ -26,7 +26,7 @@ fn runner_up(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
     }
 }
 
-/// The closest rival of what is named, and what else the logs do not tell from it.
+/// The closest rival of what is named, and ties of the other named effects.
 pub(crate) fn all(named: &[String], ranked: &[Ranked]) -> (Option<RunnerUp>, Vec<RunnerUp>) {
     let first = runner_up(named, ranked);
     let further = first
@@ -35,7 +35,7 @@ pub(crate) fn all(named: &[String], ranked: &[Ranked]) -> (Option<RunnerUp>, Vec
     (first, further.unwrap_or_default())
 }
 
-/// What else the logs do not tell from named effects other than the one of the runner-up.
+/// Ties of named effects other than the one whose rival the runner-up is.
 fn further_ties(named: &[String], ranked: &[Ranked], first: &RunnerUp) -> Vec<RunnerUp> {
     let others = named.iter().filter(|id| **id != first.of);
     let of = |id: &String| {
@@ -61,7 +61,7 @@ fn further_ties(named: &[String], ranked: &[Ranked], first: &RunnerUp) -> Vec<Ru
     all
 }
 
-/// Effects in the place of a named one that do as much there, each once.
+/// Rivals in the place of a named effect that are not told from it and explain enough there, each id once.
 fn ties_of(places: Vec<InPlace<'_>>, ranked: &[Ranked]) -> Vec<Tie> {
     let mut ties: Vec<Tie> = Vec::new();
     for (of, winner, rival, effect) in places {
@@ -77,7 +77,8 @@ fn ties_of(places: Vec<InPlace<'_>>, ranked: &[Ranked]) -> Vec<Tie> {
     ties
 }
 
-/// The closest effect in the place of a named one: one that explains as much there, else the one that is the least behind.
+/// The closest single effect in the place of a named one: one that the search marked as equally good, else the one that is least
+/// behind.
 fn one_in_place(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
     let tie = ranked.iter().find_map(|rival| {
         let of = rival.as_good_as.as_ref().filter(|of| named.contains(of))?;
@@ -105,16 +106,16 @@ fn one_in_place(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
         effect: other.clone(),
         of: of.clone(),
         behind: behind(winner, rival),
-        // Errors of the form of all that is explained can be larger than what the named one does: what does less than half of it in
-        // its place is no tie for that.
+        // Errors of form of all that is explained can exceed what the named effect explains. A rival that explains less than half
+        // of that effect's part is no tie, even if it is behind by less than such errors.
         told_apart: is_told_apart(winner, rival) || !does_as_much(of, winner, rival, ranked),
         evidence: evidence_against(winner, rival),
         ties,
     })
 }
 
-/// Two effects that are not named in the place of a named one of several amounts, from which they are not told: over a small angle
-/// the weight of a link is an offset and a spring.
+/// Two unnamed effects that tie in the place of a named one with several amounts: over a small angle the weight of a link is an
+/// offset and a spring.
 fn two_in_place(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
     let is_named = |r: &&Ranked| {
         let all = r.effects.iter().all(|e| named.contains(e));
@@ -152,7 +153,7 @@ fn two_in_place(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
     in_place.min_by(|a, b| a.behind.total_cmp(&b.behind))
 }
 
-/// By how much less χ² falls with a rival. What fits a little better, and was not taken for other reasons, ties.
+/// By how much less χ² falls with a rival. One that fits a little better, but was not taken for other reasons, is behind by 0.
 fn behind(winner: &Ranked, rival: &Ranked) -> f64 {
     (winner.fall() - rival.fall()).max(0.0)
 }
@@ -161,32 +162,32 @@ fn is_told_apart(winner: &Ranked, rival: &Ranked) -> bool {
     rival.as_good_as.is_none() && behind(winner, rival) > by_form(winner)
 }
 
-/// χ² that tells a rival from what explains so much: more than noise makes, and than an error of the form of a law.
+/// How far behind in χ² a rival has to be to be told apart: more than noise causes, and more than an error of form of the winner.
 fn by_form(winner: &Ranked) -> f64 {
     TOLD_APART.max(evidence::LAW * winner.fall())
 }
 
-/// Evidence against a rival, beside which errors of form are what noise is where there are none.
+/// Evidence against a rival, scaled so that errors of form count as noise does where there are none.
 fn evidence_against(winner: &Ranked, rival: &Ranked) -> f64 {
     let behind = behind(winner, rival);
     let by_form = match rival.as_good_as.is_some() && behind > TOLD_APART {
-        // Where more is left than noise.
+        // A tie by form, where more than noise is left.
         true => (1.0 - NEARLY_AS_GOOD) * winner.fall(),
         false => by_form(winner),
     };
     behind * TOLD_APART / by_form.max(TOLD_APART)
 }
 
-/// A named effect, a hypothesis with it, the one with another effect in its place, and that effect.
+/// A named effect, a hypothesis with it, the hypothesis with a rival in its place, and the rival.
 type InPlace<'a> = (&'a String, &'a Ranked, &'a Ranked, &'a String);
 
-/// The best hypothesis of most effects with one and nothing that is not named for which any with another effect in its place
-/// was tried, with each of these.
+/// For a named effect: among hypotheses of named effects only, those with most effects, and of these the best for which a rival
+/// was tried in its place. One entry for each such rival.
 fn in_the_place_of<'a>(id: &'a String, named: &[String], ranked: &'a [Ranked]) -> Vec<InPlace<'a>> {
     let is_named = |r: &&Ranked| r.effects.iter().all(|e| named.contains(e));
     let with_it = ranked.iter().filter(is_named);
     let with_it = with_it.filter(|r| r.effects.contains(id) && explains(id, r, ranked));
-    // What is left to fewer of them, others may explain.
+    // Hypotheses with fewer named effects leave more, which a rival may explain in its stead.
     let with_it: Vec<&Ranked> = with_it.collect();
     let most = with_it.iter().map(|r| r.effects.len()).max();
     let with_it = with_it
@@ -217,7 +218,7 @@ fn in_the_place_of<'a>(id: &'a String, named: &[String], ranked: &'a [Ranked]) -
     pairs
 }
 
-/// Whether an effect contains a named one other than `id`, or is of its kind: it is that one's rival.
+/// Whether an effect is a rival of a named one other than `id`: it contains that one or is of its kind.
 fn takes_another_place(other: &str, id: &str, named: &[String]) -> bool {
     let Some(other) = by_id(other) else {
         return false;
@@ -229,8 +230,8 @@ fn takes_another_place(other: &str, id: &str, named: &[String]) -> bool {
     others.into_iter().any(|name| contains(name) || alike(name))
 }
 
-/// Whether a rival has more parameters, and neither fits better for it nor is within an error of form of the winner: what has all
-/// that the winner has always is.
+/// Whether a rival is refused as it has more parameters. It is not refused if it fits better by enough, or if it is another kind
+/// of effect and within an error of form of the winner. An effect that contains the winner always fits as well.
 fn is_refused_by_its_price(rival: &Ranked, winner: &Ranked, other: &str, id: &str) -> bool {
     let further = rival.parameters.saturating_sub(winner.parameters) as f64;
     let better = rival.fall() - winner.fall();
@@ -239,7 +240,7 @@ fn is_refused_by_its_price(rival: &Ranked, winner: &Ranked, other: &str, id: &st
     further > 0.0 && better < TOLD_APART && !by_form
 }
 
-/// Whether an effect contains another, or is of its kind: with more parameters it fits as well by itself.
+/// Whether an effect contains another or is of its kind: with more parameters it fits as well without being true.
 pub(crate) fn is_more_than(other: &str, id: &str) -> bool {
     by_id(other).zip(by_id(id)).is_some_and(|(other, one)| {
         let is_kin = other.kind.is_some() && other.kind == one.kind;
@@ -247,16 +248,17 @@ pub(crate) fn is_more_than(other: &str, id: &str) -> bool {
     })
 }
 
-/// Whether a named one other than `id` contains an effect: beside it that one is no effect of its own.
+/// Whether a named effect other than `id` contains this one, which is then no effect of its own.
 fn is_in_another(other: &str, id: &str, named: &[String]) -> bool {
     let others = named.iter().filter(|name| *name != id);
     let mut details = others.filter_map(|name| Some(by_id(name)?.detail_of));
     details.any(|detail_of| detail_of.iter().any(|(of, _)| *of == other))
 }
 
-/// Whether a rival does half of what an effect does beside the others: else it is behind by little because neither does much. What
-/// is not behind does all of it; the others alone may have been tried beside another noise. Of what does less than an error of form
-/// of the others χ² says nothing: it is named for what it foretells, and so has its rival to be.
+/// Whether a rival explains more than [`AS_MUCH`] of what an effect explains beside the others: otherwise it is behind by little
+/// only because neither explains much. A rival that is not behind passes (the others alone may have been tried under another
+/// noise model). If the effect explains less than an error of form of the others, χ² decides nothing. It is then named for its
+/// error on unseen data, and only a rival that the search found to be as good there passes.
 fn does_as_much(id: &str, winner: &Ranked, rival: &Ranked, ranked: &[Ranked]) -> bool {
     let rest = without_it(id, winner, ranked);
     let [own, of_rival] = [winner, rival].map(|r| r.fall() - rest);
@@ -264,13 +266,12 @@ fn does_as_much(id: &str, winner: &Ranked, rival: &Ranked, ranked: &[Ranked]) ->
     !is_within_form && (of_rival >= own || of_rival > AS_MUCH * own)
 }
 
-/// Whether an effect explains anything beside the others of a hypothesis: what explains nothing there has rivals in
-/// everything.
+/// Whether an effect explains anything beside the others of a hypothesis. If it does not, any effect is its rival.
 fn explains(id: &str, with_it: &Ranked, ranked: &[Ranked]) -> bool {
     with_it.fall() - without_it(id, with_it, ranked) > TOLD_APART
 }
 
-/// Fall of χ² with the others of a hypothesis, 0 where it was not tried.
+/// Fall of χ² with the other effects of a hypothesis; 0 where these were not tried.
 fn without_it(id: &str, with_it: &Ranked, ranked: &[Ranked]) -> f64 {
     let rest: Vec<&String> = with_it.effects.iter().filter(|e| *e != id).collect();
     let is_rest = |r: &&Ranked| {
@@ -281,8 +282,9 @@ fn without_it(id: &str, with_it: &Ranked, ranked: &[Ranked]) -> f64 {
     ranked.iter().find(is_rest).map_or(0.0, Ranked::fall)
 }
 
-/// What the catalogue says tells an effect and its rival apart, that of the rival where a sensor would have to be turned and none is
-/// there; `first` where the effect is not in the catalogue. Who has a rig can try it on the simulated one.
+/// The experiment that tells an effect and its rival apart, by the catalogue. If it would turn a sensor and there is none
+/// (`is_felt` is false), it is that of the rival. `first` stands for an effect that is not in the catalogue. For a rig there is a
+/// command that tries it on the simulated one.
 pub(crate) fn experiment(
     first: Option<&String>,
     rival: &RunnerUp,
@@ -308,7 +310,7 @@ pub(crate) fn experiment(
 mod tests {
     use super::*;
 
-    /// Effects that fall χ² by so much, with so many parameters.
+    /// A hypothesis of effects that lowers χ² by `fall`, with so many parameters.
     fn tried(effects: &[&str], fall: f64, parameters: usize) -> Ranked {
         Ranked {
             effects: effects.iter().map(|&id| id.to_owned()).collect(),
@@ -322,7 +324,7 @@ mod tests {
         }
     }
 
-    /// A sensor is turned where there is one.
+    /// A sensor is turned only where there is one.
     #[test]
     fn where_nothing_is_felt_no_sensor_is_to_be_turned() {
         let rival = RunnerUp {
@@ -343,7 +345,7 @@ mod tests {
         runner_up(&named, ranked).expect("a rival")
     }
 
-    /// χ² of 1,000 has errors of form of 1, and of 100,000 of 100.
+    /// At χ² of 1,000 errors of form are 1, at 100,000 they are 100.
     #[test]
     fn noise_tells_little_apart_and_errors_of_form_tell_much_apart() {
         let tells = |winner: f64, rival: f64| {
@@ -359,7 +361,8 @@ mod tests {
         assert!(tells(1e5, 1e5 - 101.0));
     }
 
-    /// What fits better than the answer is not told from it, also where the others alone seem to fit best, beside another noise.
+    /// A rival that fits better than the answer is not told from it, even where the others alone seem to fit best, under another
+    /// noise model.
     #[test]
     fn what_falls_by_as_much_is_not_told_apart() {
         let named = ["guide_coulomb", "clock_offset"];
@@ -375,7 +378,7 @@ mod tests {
         );
     }
 
-    /// Of two named effects each has its tie: one is the runner-up, the other is told as well.
+    /// Each of two named effects has its tie: one is the runner-up, the other is reported as well.
     #[test]
     fn each_named_effect_has_its_ties() {
         let named = ["guide_asymmetry", "ft_low_pass"];
@@ -405,7 +408,7 @@ mod tests {
         );
     }
 
-    /// Weight of a link has two amounts, as have an offset and a spring.
+    /// The weight of a link has two amounts, as have an offset and a spring.
     #[test]
     fn two_effects_can_have_the_place_of_one_of_two_amounts() {
         let rival = |parameters: usize, fall: f64| {
@@ -457,7 +460,7 @@ mod tests {
         assert_eq!(ties, ["ft_bias"]);
     }
 
-    /// Where neither does much beside a third effect both are behind it by little.
+    /// Where neither of two effects explains much beside a third one, both are behind it by little.
     #[test]
     fn what_does_less_than_half_is_no_tie() {
         let ties = |rival: f64| {
@@ -473,8 +476,8 @@ mod tests {
         assert_eq!(ties(1008.0), 1);
     }
 
-    /// Dry friction in a form with more parameters fits as well always; what is of another kind has to pay only where
-    /// noise decides.
+    /// Dry friction in a form with more parameters always fits as well. An effect of another kind pays for its parameters only
+    /// where noise decides.
     #[test]
     fn more_parameters_of_the_same_kind_are_no_tie() {
         let rival_of = |other: &str, parameters: usize, fall: f64| {
@@ -491,7 +494,7 @@ mod tests {
         assert_eq!(rival_of("ft_scale", 1, 1e3), Some(false));
     }
 
-    /// Beside an asymmetric friction a dry one is no effect of its own.
+    /// Beside an asymmetric friction a dry friction is no effect of its own.
     #[test]
     fn what_a_named_effect_contains_is_no_rival_of_another() {
         let named = ["ft_bias", "guide_asymmetry"];
@@ -517,8 +520,8 @@ mod tests {
         assert_eq!(of(&["guide_coulomb"], &ranked).effect, "ft_bias");
     }
 
-    /// Where more is left than noise the search says which two are equally good: their evidence is what errors of form
-    /// leave of the difference.
+    /// Where more than noise is left, the search says which two are equally good. Evidence is then what errors of form leave of
+    /// the difference.
     #[test]
     fn a_tie_by_form_is_a_rival_whatever_chi_squared_says() {
         let as_good = Ranked {
@@ -543,7 +546,7 @@ mod tests {
         );
     }
 
-    /// Of 620,000 errors of form are 620: a weight that does 10 where a viscous friction does 522 is within them.
+    /// Errors of form of 620,000 are 620: a weight that explains 10, where a viscous friction explains 522, is within them.
     #[test]
     fn what_does_next_to_nothing_is_no_tie() {
         let tells = |alone: f64| {
@@ -557,7 +560,8 @@ mod tests {
         assert!(tells(620_572.0) && !tells(620_000.0));
     }
 
-    /// Of a stiff spring errors of form are 7 million: that another one than an offset of 78,000 falls by more is within them.
+    /// Errors of form of a stiff spring are 7 million: another effect may explain more than an offset of 78,000 and still be
+    /// within them.
     #[test]
     fn what_does_less_than_an_error_of_form_has_no_tie_but_one_that_foretells() {
         let tells = |as_good_as: Option<&str>| {

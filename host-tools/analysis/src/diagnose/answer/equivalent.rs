@@ -1,11 +1,11 @@
-//! Effects that are others in other words: no log can tell them apart, or not this one.
+//! Named effects that have an equivalent in other effects, which no log, or not this one, can tell from them.
 
 use crate::diagnose::finding::{Equivalent, Estimate, Parameters};
 use crate::diagnose::named::Named;
 use softdock_report::number;
 use softdock_statistics::DEVIATIONS_95;
 
-/// The effect of the catalogue that is the same as some of the named ones.
+/// An effect, or several, of the catalogue that are equivalent to some of the named ones; `None` if there are none.
 pub(crate) fn of<'a>(named: impl Iterator<Item = &'a Named> + Clone) -> Option<Equivalent> {
     let find = |id: &str| named.clone().find(|n| n.effect.id == id);
     let by_direction = || friction_by_direction(find("guide_coulomb")?, find("guide_offset")?);
@@ -20,7 +20,7 @@ pub(crate) fn of<'a>(named: impl Iterator<Item = &'a Named> + Clone) -> Option<E
     by_direction().or_else(with_constant).or_else(weight)
 }
 
-/// A spring about a bearing that may bend as the sine of a weight does: k sin q = k q − k/6 q³ + ..
+/// A spring about a bearing whose hardening may be that of a weight's sine: k sin q = k q − k/6 q³ + ..
 fn weight(spring: &Named) -> Option<Equivalent> {
     let stiffness = spring.estimates.get("stiffness_n_m_per_rad")?;
     let hardening = spring.estimates.get("hardening_n_m_per_rad3")?;
@@ -45,7 +45,7 @@ fn weight(spring: &Named) -> Option<Equivalent> {
     })
 }
 
-/// Dry friction with a constant force beside it.
+/// Dry friction and a constant force are friction that differs by direction.
 fn friction_by_direction(coulomb: &Named, offset: &Named) -> Option<Equivalent> {
     let acts_at = |named: &Named| named.effect.parameters.get("acts_at").copied();
     if acts_at(coulomb) != acts_at(offset) {
@@ -83,7 +83,7 @@ fn friction_by_direction(coulomb: &Named, offset: &Named) -> Option<Equivalent> 
     })
 }
 
-/// A level of friction for each direction, and nothing that differs with the speed.
+/// Friction that differs by direction, without a part that depends on speed, is a dry friction and a constant force.
 fn friction_with_constant(asymmetry: &Named) -> Option<Equivalent> {
     let of = |name| asymmetry.estimates.get(name);
     let on_a_guide = of("forward_n").zip(of("backward_n"));
@@ -121,7 +121,7 @@ fn friction_with_constant(asymmetry: &Named) -> Option<Equivalent> {
     })
 }
 
-/// One estimate plus another, or minus it.
+/// One estimate plus `sign` times another, their deviations independent.
 fn sum(one: &Estimate, other: &Estimate, sign: f64) -> Estimate {
     let deviation = |e: &Estimate| 0.5 * (e.high - e.low) / DEVIATIONS_95;
     let value = one.value + sign * other.value;

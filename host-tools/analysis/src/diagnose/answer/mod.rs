@@ -1,4 +1,4 @@
-//! From what the stages found to an answer: verdict, rivals, probabilities, and what is said of them.
+//! From the findings of the stages to an answer: verdict, rivals, probabilities, and the sentences about them.
 
 pub(crate) mod closest_rival;
 pub(crate) mod equivalent;

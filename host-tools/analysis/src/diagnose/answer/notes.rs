@@ -1,4 +1,4 @@
-//! What a diagnosis says beside its answer: what the logs lack, what was refused and why, what should be known of the numbers.
+//! The notes beside an answer: what the logs lack, what was refused and why, and what to know about the numbers.
 
 use super::ranking;
 use super::sentence::small_share;
@@ -23,7 +23,7 @@ use softdock_physics::model::{Channel, EffectModel, Model, WrenchMeaning};
 use softdock_report::number;
 use softdock_statistics::dot;
 
-/// An answer of which something is said.
+/// All that the notes are made from.
 pub(crate) struct Answer<'a> {
     /// The model that was asked about.
     pub model: &'a Model,
@@ -31,20 +31,20 @@ pub(crate) struct Answer<'a> {
     pub stages: &'a Stages,
     /// Number of logs of the fit.
     pub fitted: usize,
-    /// How it ends.
+    /// The verdict.
     pub verdict: Verdict,
-    /// What is named, and what is not.
+    /// What is named, with its parameters, and what is refused.
     pub reduction: &'a ErrorReduction,
-    /// What differs from log to log.
+    /// A parameter that differs from log to log, if there is one.
     pub log_to_log: Option<LogToLog>,
-    /// What is left.
+    /// What is left without a name.
     pub rest: &'a Unaccounted,
-    /// What is the same as what is named.
+    /// Effects that are equivalent to named ones.
     pub equivalent: Option<&'a Equivalent>,
 }
 
 impl Answer<'_> {
-    /// All notes. `unexplained`: something is left without a name; `in_sample`: there is no unseen data.
+    /// All notes. `unexplained`: structure is left without a name. `in_sample`: there are no unseen data.
     pub(crate) fn all(&self, unexplained: bool, in_sample: bool) -> Vec<String> {
         let mut notes = self.stages.before.shown().notes.clone();
         notes.extend(self.of_logs(in_sample));
@@ -74,7 +74,7 @@ impl Answer<'_> {
         notes
     }
 
-    /// What the logs lack.
+    /// Notes about what the logs lack.
     fn of_logs(&self, in_sample: bool) -> Vec<String> {
         let Self { model, stages, .. } = self;
         let mut notes: Vec<String> = untested(stages).map(str::to_owned).collect();
@@ -112,7 +112,7 @@ impl Answer<'_> {
         notes
     }
 
-    /// That what was told comes after the motion, as a measured one may.
+    /// A note if a load that is said to be commanded comes after the motion, which only a measured load may do.
     fn after_motion(&self) -> Option<String> {
         let found = self.stages.wrench.as_ref()?;
         let found = found.left().is_structured().then_some(found)?;
@@ -126,7 +126,7 @@ impl Answer<'_> {
         ))
     }
 
-    /// To what forces and torques are in proportion where nothing drives.
+    /// A note about the mass or inertia to which all forces are proportional in a free motion.
     fn in_proportion(&self) -> Option<String> {
         let Model { tool, sensor, .. } = self.model;
         let (of, value, unit) = match self.model.bearing() {
@@ -153,7 +153,7 @@ impl Answer<'_> {
         })
     }
 
-    /// That what is named is a weight, where the model has no gravity.
+    /// Note that a weight is named although the model has no gravity: an upright axis would have none.
     fn without_gravity(&self) -> Option<String> {
         let axis = self.model.bearing()?;
         let mut named = self.reduction.named.iter();
@@ -170,7 +170,7 @@ impl Answer<'_> {
         })
     }
 
-    /// What the search could not decide.
+    /// Notes about what the search could not decide.
     fn of_search(&self) -> Vec<String> {
         let stages = self.stages;
         let mut notes = Vec::new();
@@ -216,7 +216,7 @@ impl Answer<'_> {
         notes
     }
 
-    /// What differs from log to log.
+    /// Notes about what differs from log to log.
     fn of_each_log(&self) -> Vec<String> {
         match self.verdict {
             Verdict::LogsDisagree => {
@@ -231,7 +231,7 @@ impl Answer<'_> {
         }
     }
 
-    /// What is not named, and why.
+    /// Notes about what is not named, and why.
     fn of_refused(&self) -> Vec<String> {
         let reduction = self.reduction;
         let curves = self.rest.curves.iter().map(|id| {
@@ -283,7 +283,7 @@ impl Answer<'_> {
             .collect()
     }
 
-    /// How the parameters of what is named were found.
+    /// Notes about how the parameters of named effects were found.
     fn of_parameters(&self) -> Vec<String> {
         let reduction = self.reduction;
         let late = reduction.late.iter().map(|late| {
@@ -323,10 +323,10 @@ impl Answer<'_> {
         notes
     }
 
-    /// Effects of which each takes most of another back.
+    /// Notes about pairs of amounts that nearly cancel.
     fn cancelling(&self) -> Vec<String> {
-        /// Times what two effects do together that each of them does alone: its amount is that much less certain than both together.
-        /// Set by hand.
+        /// A pair is noted if each part alone is this many times what both are together: each amount is then that much less
+        /// certain than their sum. Set by hand.
         const CANCELS: f64 = 5.0;
         let wrench = self.stages.wrench.as_ref();
         let Some(log) = wrench.and_then(|found| found.prepared.logs.first()) else {
@@ -357,7 +357,7 @@ impl Answer<'_> {
     }
 }
 
-/// What each amount of an effect that does not move the reading in time does alone to the reading of a log, with its name.
+/// For each amount of an effect that is not late: its name, and its contribution to the reading of a log.
 fn terms(named: &Named, scene: &Scene) -> Vec<(String, Column)> {
     let EffectModel { id, parameters, .. } = &named.effect;
     let effect = LoadEffect::find(&scene.model, id).filter(|effect| !effect.is_late());
@@ -380,10 +380,10 @@ fn terms(named: &Named, scene: &Scene) -> Vec<(String, Column)> {
     own.iter().map(alone).collect()
 }
 
-/// What the noise of a channel is, other than that of the model file.
+/// A note if the noise of a channel differs from that of the model file.
 fn of_noise(floor: &NoiseFloor, stages: &Stages) -> Option<String> {
     let ratio = floor.measured / floor.data_sheet;
-    // The filter of an import leaves nothing that is faster than its cutoff; nor does a log have it beyond half of its rate.
+    // Nothing in a log is faster than the cutoff of the import's filter, or than half of the sampling rate.
     let filter = stages.wrench.iter().flat_map(|w| &w.prepared.logs);
     let mut filters = filter.filter_map(|log| log.scene.model.sensor.filter);
     let has_none = floor.channel == Channel::Wrench && filters.any(|f| f.cutoff_hz <= SLOW_HZ);
@@ -393,7 +393,7 @@ fn of_noise(floor: &NoiseFloor, stages: &Stages) -> Option<String> {
             true => "the noise that the log shows".to_owned(),
             false => format!("what is faster than {SLOW_HZ} Hz"),
         };
-        // The noise of a log is looked for down to a share of it.
+        // The noise of a log is estimated with a lower limit, a share of the noise of the model file.
         let at_most = if ratio < 1.01 * LEAST { "at most " } else { "" };
         return Some(format!(
             "{} {}: {noise} is {at_most}{ratio:.2} times the noise of the model file, which is too large: errors in its units look small. Evidence and intervals take the noise from the log.",
@@ -417,7 +417,7 @@ fn of_noise(floor: &NoiseFloor, stages: &Stages) -> Option<String> {
     ))
 }
 
-/// What of an effect differs from the logs of the fit to the unseen ones.
+/// A sentence about a parameter that differs between the logs of the fit and the unseen ones.
 fn from_log_to_log(one: &LogToLog) -> String {
     let digits = |value: &f64| number::significant(*value, 3);
     let unit = match one.parameter.1 {
@@ -436,7 +436,7 @@ fn from_log_to_log(one: &LogToLog) -> String {
     )
 }
 
-/// What each log alone says of an effect about which they disagree.
+/// Sentences with the amounts of an effect in each log, for logs that disagree about it.
 fn amounts_of_logs(one: &Disagreement, fitted: usize) -> impl Iterator<Item = String> {
     one.amounts.iter().map(move |(name, unit, of_logs)| {
         let values: Vec<String> = of_logs.iter().map(|v| number::significant(*v, 3)).collect();
@@ -456,14 +456,14 @@ fn amounts_of_logs(one: &Disagreement, fitted: usize) -> impl Iterator<Item = St
     })
 }
 
-/// Whether accelerations are differences of recorded positions or velocities, and nothing smooths them.
+/// Whether accelerations are differences of recorded positions or velocities, and no filter smooths them.
 fn differentiates(stages: &Stages) -> bool {
     let raw = |log: &PreparedLog| log.scene.model.sensor.filter.is_none();
     let mut logs = stages.wrench.iter().flat_map(|w| &w.prepared.logs);
     logs.any(raw) && !stages.logs.all.iter().any(|log| log.is_commanded())
 }
 
-/// Effects whose form the log does not tell.
+/// Ids of effects whose form the log does not determine.
 fn undecided(search: &Search) -> Vec<&'static str> {
     let accepted = search.accepted.iter().flat_map(|c| &c.terms);
     let mut ids: Vec<&str> = accepted
@@ -487,7 +487,7 @@ mod tests {
     use softdock_control::wrench::Motion;
     use softdock_physics::model::Axis;
 
-    /// The sine of a weight may be taken back by a spring where its cosine is a constant that is not.
+    /// A spring may cancel the sine of a weight while no constant cancels its cosine.
     #[test]
     fn each_amount_of_an_effect_is_compared_by_itself() {
         let mut model = Model::default();

@@ -1,4 +1,4 @@
-//! From what the stages found to a verdict.
+//! From the findings of the stages to the diagnosis.
 
 use super::closest_rival;
 use super::equivalent;
@@ -26,17 +26,17 @@ use softdock_physics::model::prediction::Prediction;
 use softdock_statistics::DEVIATIONS_95;
 use std::collections::BTreeMap;
 
-/// What a diagnosis concludes, and the model with what was named.
+/// The diagnosis, and the model with the named effects.
 pub(crate) struct Outcome {
-    /// For the user.
+    /// What the user sees.
     pub diagnosis: Diagnosis,
     /// The model with the named effects.
     pub after: Model,
-    /// Predictions with it.
+    /// Predictions of this model.
     pub predictions: Logs<Prediction>,
 }
 
-/// Draws the conclusion; `unseen`: the second log was given, not held back.
+/// Draws the conclusion. `unseen`: the unseen log was given, and not held back from the one of the fit.
 pub(crate) fn conclude(
     model: &Model,
     recordings: &Logs<&Recording>,
@@ -48,7 +48,8 @@ pub(crate) fn conclude(
     let named: Vec<&Named> = reduction.named.iter().map(|(named, _)| named).collect();
     let after = with_effects(model, named.iter().copied());
     let found: Vec<String> = named.iter().map(|n| n.effect.id.clone()).collect();
-    // Beside what is named, what was refused is an error of form, which notes tell. Where nothing is, all of it is left.
+    // Beside named effects, refused ones are errors of form, which notes mention. If nothing is named, what they would explain
+    // counts as left.
     let refused = reduction.refused.iter().flat_map(|r| &r.ids);
     let refused = refused.chain(&reduction.undetermined);
     let refused: Vec<&String> = refused.filter(|_| found.is_empty()).collect();
@@ -89,7 +90,7 @@ pub(crate) fn conclude(
     }
     diagnosis.sentence = sentence::of(&diagnosis, &left, judged.untestable);
     if judged.verdict == Verdict::NothingMissing {
-        // Of what was looked at.
+        // Nothing is missing in what was tested; this says what was not.
         let untested = untested(stages).flat_map(|lack| [" ", lack]);
         diagnosis.sentence.extend(untested);
     }
@@ -100,10 +101,10 @@ pub(crate) fn conclude(
     })
 }
 
-/// What is said of what was found.
+/// All from which a diagnosis is put together.
 struct Said<'a> {
     stages: &'a Stages,
-    /// The model, if what moves the reading in time was found by what it foretells, and is named.
+    /// The model, if a late effect is named that was found by its error on unseen data.
     late: Option<&'a Model>,
     named: Vec<&'a Named>,
     left: &'a [Left],
@@ -113,7 +114,7 @@ struct Said<'a> {
 }
 
 impl Said<'_> {
-    /// Without the sentence over all.
+    /// The diagnosis but for its sentence.
     fn diagnosis(
         self,
         equivalent: Option<Equivalent>,
@@ -161,7 +162,7 @@ impl Said<'_> {
         }
     }
 
-    /// What it looks like, without that being proven; of several not what may be nothing at all.
+    /// What the error looks like, unproven. Effects whose intervals all include 0 are left out if others remain.
     fn looks_like(&self) -> Vec<String> {
         let may_be_0 = |id: &String| {
             let named = self.named.iter().find(|named| named.effect.id == *id);
@@ -178,8 +179,8 @@ impl Said<'_> {
         }
     }
 
-    /// Hypotheses that may be rivals. Of what the likelihood could not find its χ² says nothing: what has nothing late foretells
-    /// worse.
+    /// Hypotheses that may be rivals. If a late effect was found by its error on unseen data, the likelihood says nothing about
+    /// hypotheses without one, which foretell worse.
     fn rivals(&self, ranked: &[Ranked]) -> Vec<Ranked> {
         let is_late = |model: &Model, id: &String| {
             LoadEffect::find(model, id).is_some_and(LoadEffect::is_late)
@@ -191,7 +192,7 @@ impl Said<'_> {
         ranked.iter().filter(may_be).cloned().collect()
     }
 
-    /// Of each named effect, beside its rivals.
+    /// Probability of each named effect beside its rivals; empty if nothing is named.
     fn probability(&self, rivals: Vec<&RunnerUp>) -> BTreeMap<String, f64> {
         match self.judged.is_unnamed() {
             true => BTreeMap::new(),
@@ -199,7 +200,7 @@ impl Said<'_> {
         }
     }
 
-    /// Where it shows: what is left, or what is explained.
+    /// Windows where the error shows: what is left, if nothing is named, else what is explained.
     fn regions(&self) -> Vec<Region> {
         match self.judged.is_unnamed() {
             true => regions::left_over(self.left, self.stages),
@@ -211,21 +212,22 @@ impl Said<'_> {
     }
 }
 
-/// Why what is named has the parameters of all logs, if it has: least squares are those of the logs of the fit.
+/// Why the named effects have the parameters of all logs. `None` if they have not, as parameters from least squares, which are
+/// always those of the logs of the fit.
 fn of_all_logs(stages: &Stages, reduction: &ErrorReduction) -> Option<String> {
     let of_search = reduction.refitted.is_none() && !reduction.named.is_empty();
     let wrench = stages.wrench.as_ref().filter(|_| of_search)?;
     wrench.found.accepted.as_ref()?.of_all_logs.clone()
 }
 
-/// Probability of each named effect: of two that the logs do not tell apart none is certain.
+/// Probability of each named effect. Of two that the logs do not tell apart neither is certain.
 fn probabilities(
     named: &[&Named],
     rivals: &[&RunnerUp],
     leaves_structure: bool,
 ) -> BTreeMap<String, f64> {
     let of = |named: &&Named| {
-        // A rival that fits better, but in whose place a simpler one was taken, is as likely.
+        // A rival that fits better, but in whose place a simpler effect was taken, counts as equally likely.
         let own = named.support.against.max(0.0);
         let of_it = rivals.iter().find(|rival| rival.of == named.effect.id);
         let against = of_it.map_or(own, |rival| own.min(rival.against()));
@@ -235,7 +237,7 @@ fn probabilities(
     named.iter().map(of).collect()
 }
 
-/// Nominal parameters beside what was found.
+/// Estimates of the nominal parameters beside the named effects, by name.
 fn nominal(stages: &Stages) -> BTreeMap<String, Nominal> {
     let of = |(name, value, sigma, tolerances): &(String, f64, f64, f64)| {
         let reach = DEVIATIONS_95 * sigma;

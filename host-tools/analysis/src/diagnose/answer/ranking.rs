@@ -1,4 +1,4 @@
-//! Hypotheses of all stages with their evidence.
+//! The ranking of hypotheses of all stages by their evidence.
 
 use super::closest_rival::is_more_than;
 use crate::diagnose::actuator::Candidate;
@@ -14,14 +14,14 @@ use softdock_physics::effects::body::clock_jitter;
 use softdock_physics::model::Channel;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Hypotheses that are reported.
+/// Most hypotheses that are reported of the first round.
 const REPORTED: usize = 12;
-/// Hypotheses that are reported of each later round, and refused ones.
+/// Most that are reported of each later round, and of refused ones.
 const REPORTED_LATER: usize = 4;
-/// Fall of χ² over all logs from which a hypothesis is reported.
+/// Smallest fall of χ² over all logs with which a hypothesis is reported.
 const LEAST: f64 = 10.0;
 
-/// Hypotheses of all stages with their evidence.
+/// All hypotheses of all stages, best first, refused ones last.
 pub(crate) fn ranked(stages: &Stages) -> Vec<Ranked> {
     let fitted = stages.logs.fitted;
     let mut all = of_actuator(stages);
@@ -42,8 +42,8 @@ pub(crate) fn ranked(stages: &Stages) -> Vec<Ranked> {
     all.extend(jitter.map(|Jitter { gain, .. }| {
         plain(&[clock_jitter::EFFECT.id], Channel::Pose, [*gain, 0.0], 1)
     }));
-    // By the price of a stage in cycles, so that what is named stands before what only fits a little
-    // better with more effects; the reading has the evidence of its search.
+    // Hypotheses on other channels are ranked by the fall of χ² less a price from the number of cycles, so that a named set
+    // stands before one that fits a little better with more effects. Those on the reading have the evidence of their search.
     let price = evidence::price(stages.logs.all.iter().map(|log| log.cycle_count()).sum());
     let worth = |r: &Ranked| {
         let paid = price * r.parameters as f64 + evidence::prior() * r.effects.len() as f64;
@@ -60,7 +60,7 @@ pub(crate) fn ranked(stages: &Stages) -> Vec<Ranked> {
     all
 }
 
-/// Of the same effects beside the same others the first.
+/// Keeps the first of those with the same effects beside the same others.
 fn each_once(mut all: Vec<Ranked>) -> Vec<Ranked> {
     let mut seen: BTreeSet<(Vec<String>, Vec<String>)> = BTreeSet::new();
     all.retain(|one| {
@@ -71,13 +71,13 @@ fn each_once(mut all: Vec<Ranked>) -> Vec<Ranked> {
     all
 }
 
-/// Fall of χ² on the logs of the fit and on unseen ones.
+/// Sums the fall of χ² over the logs of the fit, and over unseen ones.
 fn fall(gains: &[f64], fitted: usize) -> [f64; 2] {
     let (fit, unseen) = gains.split_at(fitted.min(gains.len()));
     [fit, unseen].map(|gains| gains.iter().sum())
 }
 
-/// A hypothesis beside nothing else.
+/// A hypothesis that was tried beside nothing else.
 fn plain(effects: &[&str], channel: Channel, fall: [f64; 2], parameters: usize) -> Ranked {
     let [gain_train, gain_test] = fall;
     Ranked {
@@ -92,7 +92,7 @@ fn plain(effects: &[&str], channel: Channel, fall: [f64; 2], parameters: usize) 
     }
 }
 
-/// Stages of the actuator: what is accepted, if it is more than one, and each alone.
+/// Hypotheses about the actuator: the accepted one if it has several effects, and each single stage.
 fn of_actuator(stages: &Stages) -> Vec<Ranked> {
     let Some(found) = &stages.actuator else {
         return Vec::new();
@@ -112,16 +112,17 @@ fn of_actuator(stages: &Stages) -> Vec<Ranked> {
     several.chain(&found.search.singles).map(of).collect()
 }
 
-/// Hypotheses on the reading, with their evidence.
+/// Hypotheses on the reading, each with its evidence.
 fn of_wrench(stage: &WrenchFinding, fitted: usize) -> impl Iterator<Item = (f64, Ranked)> {
     let ranked = &stage.found.ranked;
-    // As it was tried beside the others, with their noise.
+    // The answer as the search tried it, with the noise model of that search.
     let accepted = stage.found.accepted.as_ref();
     let answer = accepted.and_then(|accepted| ranked.iter().find(|t| t.is_same(accepted)));
     let answer = answer.filter(|_| stage.left().is_structured());
     let error = |tested: &Tested| stage.prepared.error_on_unseen(tested);
     let of = move |tested: &Tested| {
-        // Searches weigh χ² by noises of their own; what they tried beside the same effects is told in that of the answer.
+        // Searches measure χ² by noise models of their own. Hypotheses that were tried beside the same effects are rescaled to
+        // that of the answer.
         let tested = &match answer.filter(|answer| answer.beside == tested.beside) {
             Some(answer) => tested.clone().beside_noise(answer.to_explain),
             None => tested.clone(),
@@ -143,8 +144,9 @@ fn of_wrench(stage: &WrenchFinding, fitted: usize) -> impl Iterator<Item = (f64,
     ranked.iter().map(of)
 }
 
-/// The effect of an answer that has another in its place in a hypothesis, if that foretells the unseen logs as well and
-/// explains nearly as much: beside what no law describes the form of an error decides between such two, not the noise.
+/// The effect of an answer in whose place a hypothesis has another one, if the hypothesis foretells the unseen logs as well and
+/// explains nearly as much. Where structure is left, errors of form decide between two such hypotheses and not the noise. `None`
+/// otherwise.
 pub(crate) fn foretells_alike(
     answer: &Tested,
     tested: &Tested,
@@ -164,7 +166,7 @@ pub(crate) fn foretells_alike(
     alike.then(|| (*of).to_owned())
 }
 
-/// The largest evidence of any effect of each stage.
+/// The largest evidence of any effect, for each stage.
 pub(crate) fn strongest(stages: &Stages) -> StrongestEvidence {
     let wrench = stages.wrench.as_ref();
     StrongestEvidence {
@@ -174,8 +176,7 @@ pub(crate) fn strongest(stages: &Stages) -> StrongestEvidence {
     }
 }
 
-/// The largest evidence of an effect beside those that it was tried with: as in the decision, two
-/// count for what the pair has beyond the better one of them alone.
+/// The largest evidence of a hypothesis over the best of its subsets alone, as the decision counts it.
 fn strongest_of(ranked: &[Tested]) -> Option<f64> {
     let possible = || ranked.iter().filter(|t| t.wrong.is_empty());
     let of_last = |pair: &Tested| {
@@ -188,8 +189,8 @@ fn strongest_of(ranked: &[Tested]) -> Option<f64> {
     possible().map(of_last).max_by(f64::total_cmp)
 }
 
-/// An error of the clock and the stage of the actuator that it looks like, the believed one first, each with what
-/// the actuator has besides.
+/// An error of the clock and the stage of the actuator that looks like it, the believed one first. Both have the other accepted
+/// stages beside them.
 fn against_the_clock(rival: &ClockRival, stages: &Stages) -> Vec<Ranked> {
     let accepted = stages.actuator.iter();
     let accepted = accepted.flat_map(|found| found.search.accepted.iter().flat_map(Candidate::ids));
@@ -204,7 +205,7 @@ fn against_the_clock(rival: &ClockRival, stages: &Stages) -> Vec<Ranked> {
     let one = |id: &str, behind: f64, as_good_as: Option<&str>| {
         let mut ids: Vec<&str> = besides.iter().copied().chain([id]).collect();
         ids.sort_unstable();
-        // By how much one is behind is known of all logs together.
+        // The difference is known for all logs together, so it is shared out in proportion.
         let share = 1.0 - behind / (train + test).max(behind).max(f64::MIN_POSITIVE);
         let fall = [train, test].map(|gain| share * gain);
         Ranked {
@@ -216,7 +217,7 @@ fn against_the_clock(rival: &ClockRival, stages: &Stages) -> Vec<Ranked> {
     vec![one(winner, 0.0, None), one(loser, behind, tied)]
 }
 
-/// Rivals of one of several effects, and the effect itself, both beside the others.
+/// For each rival of one of several effects: that effect and the rival, both beside the other effects.
 fn in_place(stages: &Stages) -> Vec<Ranked> {
     let rivals = stages.wrench.iter().flat_map(|found| &found.found.rivals);
     let fitted = stages.logs.fitted;
@@ -227,8 +228,7 @@ fn in_place(stages: &Stages) -> Vec<Ranked> {
     let each = rivals.flat_map(move |rival| {
         let sum = |gains: &[f64]| gains.iter().sum::<f64>();
         let (own, others) = (sum(&rival.gain), sum(&rival.gain_of_rival));
-        // Where more is left than noise, the error of form that is left can be of the difference's
-        // size.
+        // Where more than noise is left, errors of form may be as large as the difference.
         let tie = own - others < TOLD_APART || (much && others > NEARLY_AS_GOOD * own);
         let as_good_as = tie.then(|| rival.of.to_owned());
         [
@@ -244,8 +244,8 @@ fn in_place(stages: &Stages) -> Vec<Ranked> {
     each.collect()
 }
 
-/// The best of the first round, and fewer of each later one, which gain less, and of what is refused; what has most of the answer on
-/// its channel in any case.
+/// Hypotheses to report: the best of the first round, fewer of each later round and of refused ones, and always those with most
+/// effects of the answer on their channel.
 pub(crate) fn reported(all: &[Ranked], answer: &[String]) -> Vec<Ranked> {
     let first = all.iter().map(|one| one.beside.len()).min();
     let mut counts: BTreeMap<(usize, bool), usize> = BTreeMap::new();
@@ -270,7 +270,7 @@ pub(crate) fn reported(all: &[Ranked], answer: &[String]) -> Vec<Ranked> {
     all.iter().filter(is_reported).cloned().collect()
 }
 
-/// Phenomenological shapes that would fit.
+/// Ids of general curves (phenomenological shapes) among the hypotheses on the reading.
 pub(crate) fn shapes(stages: &Stages) -> Vec<String> {
     let Some(found) = &stages.wrench else {
         return Vec::new();
@@ -280,7 +280,7 @@ pub(crate) fn shapes(stages: &Stages) -> Vec<String> {
     ids.into_iter().collect()
 }
 
-/// Effects of the likeliest answer with such a shape, all that is added with it.
+/// Effects of the likeliest hypothesis with a given curve, and those of earlier rounds, which are added with it.
 pub(crate) fn with_shape(stages: &Stages, shape: &str) -> Vec<String> {
     let Some(found) = &stages.wrench else {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! Where an error shows: windows of time with what happens in them.
+//! Windows of time in which an error shows, with what happens in them.
 
 use crate::compare::Phase;
 use crate::diagnose::finding::Region;
@@ -7,7 +7,7 @@ use crate::diagnose::wrench::left::Left;
 use softdock_physics::model::Channel;
 use softdock_physics::model::prediction::Prediction;
 
-/// Where structure is left on the log that is drawn.
+/// Windows with structure that is left, on the log that is drawn.
 pub(crate) fn left_over(left: &[Left], stages: &Stages) -> Vec<Region> {
     let log = stages.logs.shown();
     let shown = stages.logs.shown_number();
@@ -29,7 +29,7 @@ pub(crate) fn left_over(left: &[Left], stages: &Stages) -> Vec<Region> {
         .collect()
 }
 
-/// Where the named effects take away most, on unseen data.
+/// Windows in which the named effects reduce the error most, on the log that is drawn; at most six.
 pub(crate) fn explained(before: &Prediction, after: &Prediction, stages: &Stages) -> Vec<Region> {
     /// Length of a window, s.
     const WINDOW_S: f64 = 0.25;

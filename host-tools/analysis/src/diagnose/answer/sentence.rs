@@ -1,4 +1,4 @@
-//! The diagnosis in a sentence or two.
+//! The diagnosis in one sentence or two.
 
 use crate::compare::TOLERATED_NOISE;
 use crate::compare::sentence::listed;
@@ -7,12 +7,13 @@ use crate::diagnose::noise::structure::Structure;
 use crate::diagnose::wrench::left::Left;
 use softdock_report::number;
 
-/// Share of the error that is left from which the sentence tells it.
+/// Share of the error from which the sentence mentions what is left.
 const TOLD: f64 = 0.01;
-/// Percentage of it that is told as all of it.
+/// Percentage from which all of the error is said to be left.
 const ALL: f64 = 99.5;
 
-/// Says what is missing, how far the error falls, and what is not certain; `untestable`: what is said of logs that cannot say it.
+/// Says what is missing, how far the error falls, and what is uncertain. `untestable` is the sentence for logs that cannot be
+/// tested.
 pub(crate) fn of(diagnosis: &Diagnosis, left: &[Left], untestable: &str) -> String {
     match diagnosis.verdict {
         Verdict::Named => named(diagnosis),
@@ -23,14 +24,14 @@ pub(crate) fn of(diagnosis: &Diagnosis, left: &[Left], untestable: &str) -> Stri
     }
 }
 
-/// The sentence about logs of two rigs, which begins with what their settings say.
+/// The sentence for logs of two rigs, preceded by the settings that differ.
 pub(crate) fn of_two_rigs(settings: &str, sentence: &str) -> String {
     format!(
         "{settings}: they are of two rigs, and what differs may show as an error of the model. {sentence}"
     )
 }
 
-/// Of an effect, or of those that are a rival together.
+/// Title of an effect, or of several that are one rival together.
 fn title(id: &str) -> String {
     if id.contains(TOGETHER) {
         let each: Vec<String> = id.split(TOGETHER).map(title).collect();
@@ -106,7 +107,7 @@ fn named(diagnosis: &Diagnosis) -> String {
     text
 }
 
-/// The error on the data of the fit alone before and after, if it falls.
+/// Error on the data of the fit, before and after, as text. `None` if it does not fall, or there are no data besides.
 fn unconfirmed(diagnosis: &Diagnosis) -> Option<[String; 2]> {
     let [first, .., last] = diagnosis.steps.as_slice() else {
         return None;
@@ -152,9 +153,9 @@ fn unexplained(diagnosis: &Diagnosis, left: &[Left]) -> String {
     text
 }
 
-/// A share that may be of no size that anybody reads.
+/// A share in percent, or an upper limit if it is tiny.
 pub(crate) fn small_share(share: f64) -> String {
-    /// Least share that is told in digits.
+    /// Smallest share that is given in digits.
     const LEAST: f64 = 1e-4;
     match share < LEAST {
         true => format!("less than {} %", 100.0 * LEAST),
@@ -162,8 +163,8 @@ pub(crate) fn small_share(share: f64) -> String {
     }
 }
 
-/// How much is left, and what it follows; nothing where it is little. Where nothing explains more than an offset does, all of it
-/// is left, and the share says nothing.
+/// How much is left, and what it follows; empty if it is little. If nothing explains more than an offset does, all is left, and
+/// the share is not mentioned.
 fn left_over(diagnosis: &Diagnosis) -> String {
     let remainder = &diagnosis.remainder;
     if remainder.share <= TOLD {
@@ -173,7 +174,7 @@ fn left_over(diagnosis: &Diagnosis) -> String {
     if percent >= ALL {
         return format!(" What shows: {}.", remainder.follows);
     }
-    // Effects may be there, and too much beside them for a name.
+    // Effects may be present, but too much is left for a name.
     let is_too_much = diagnosis.verdict == Verdict::Unexplained && !diagnosis.looks_like.is_empty();
     let limit = match is_too_much && remainder.share > remainder.allowed {
         true => format!(

@@ -1,4 +1,4 @@
-//! What no named effect accounts for: how much of the error it is, and what can be said of it.
+//! What no named effect accounts for: its share of the error, and what can be said about it.
 
 use super::ranking;
 use super::verdict::Judged;
@@ -10,22 +10,22 @@ use crate::diagnose::wrench::left::Left;
 use crate::diagnose::wrench::{self, OtherSign, Ripple};
 use softdock_physics::model::Channel;
 
-/// Share of a smooth remainder from which it is said what it follows.
+/// Smallest share of a smooth remainder with which a quantity is mentioned.
 const FOLLOWS: f64 = 0.1;
 
 /// What no named effect accounts for.
 pub(crate) struct Unaccounted {
-    /// How much it is, and what it follows.
+    /// Its share, and what it follows.
     pub(crate) remainder: Remainder,
-    /// Curves that it looks like.
+    /// Ids of general curves that it looks like.
     pub(crate) curves: Vec<String>,
-    /// What repeats along an axis.
+    /// Ripples in the wrench: parts that repeat along an axis.
     pub(crate) ripples: Vec<Ripple>,
 }
 
 impl Unaccounted {
     pub(crate) fn new(stages: &Stages, left: &[Left], judged: &Judged) -> Self {
-        // A curve beside which nothing is left says nothing.
+        // A general curve is of interest only if structure is left beside it.
         let curves = match !judged.asked && left.iter().any(Left::is_structured) {
             true => ranking::shapes(stages),
             false => Vec::new(),
@@ -48,14 +48,14 @@ impl Unaccounted {
         }
     }
 
-    /// What it looks like, without that being proven.
+    /// Ids of what the error looks like, unproven: general curves, and what was found if nothing is named.
     pub(crate) fn looks_like(&self, judged: &Judged) -> Vec<String> {
         let found = judged.found.iter().filter(|_| judged.is_unnamed());
         self.curves.iter().chain(found).cloned().collect()
     }
 }
 
-/// What is left with structure of the channel that has most of it, and whether that is the wrench.
+/// What is left with structure on the channel that has most of it, and whether that is the wrench.
 fn remainder(stages: &Stages, left: &[Left]) -> (Remainder, bool) {
     let structured = left.iter().filter(|left| left.is_structured());
     let most = structured.max_by(|a, b| a.share.total_cmp(&b.share));
@@ -91,7 +91,7 @@ fn remainder(stages: &Stages, left: &[Left]) -> (Remainder, bool) {
     (remainder, of_wrench)
 }
 
-/// What repeats along an axis in what is left of the wrench.
+/// Ripples in what is left of the wrench.
 fn ripples(stages: &Stages) -> Vec<Ripple> {
     let of = |found: &WrenchFinding| {
         let accepted = found.found.accepted.as_ref();
@@ -105,7 +105,7 @@ fn each_ripple(ripples: &[Ripple]) -> String {
     ripples.iter().map(of).collect::<Vec<_>>().join("; ")
 }
 
-/// Says what law the reading follows with a sign that physics forbids it.
+/// Adds the law that the rest of the reading would follow with a sign that physics forbids, if there is one.
 fn say_other_sign(stages: &Stages, remainder: &mut Remainder) {
     let is_asked = |found: &&WrenchFinding| found.left().is_structured();
     let other_sign = stages.wrench.as_ref().filter(is_asked).and_then(|found| {
