@@ -1,4 +1,4 @@
-//! The fall of the error as one effect after the other is added.
+//! How the error falls as named effects are added one after the other, and which effects are refused for it.
 
 use super::for_prediction;
 use super::late_by_foretelling;
@@ -19,36 +19,39 @@ use softdock_physics::model::stage::Stage;
 use softdock_physics::model::{EffectModel, Model, WrenchMeaning};
 use std::collections::BTreeMap;
 
-/// The error's fall, the effect with the largest share first.
+/// The fall of the error, and what is named.
 pub(crate) struct ErrorReduction {
-    /// Effects with their share of the squared error of the log of the fit.
+    /// Named effects with their share in the fall of the squared error on the logs of the fit, the largest share first.
     pub named: Vec<(Named, f64)>,
-    /// The error with none, one, two ... of them.
+    /// The error with none, the first, the first two .. of them.
     pub steps: Vec<Step>,
-    /// Effects that are not named, as the error is larger with them.
+    /// Effects that are refused, as the error does not fall enough with them.
     pub refused: Vec<Refused>,
-    /// Error on unseen data with the parameters of the search and with those of least squares, if these were taken.
+    /// Error on unseen data with the parameters of the likelihood and with those of least squares; `None` if the former were
+    /// kept.
     pub refitted: Option<[f64; 2]>,
-    /// What moves the reading in time and was found by what it foretells.
+    /// Id of a late effect that was found by its error on unseen data.
     pub late: Option<String>,
-    /// Effects that are not named, as without them a friction that turns round over a speed foretells better.
+    /// Ids of effects that were dropped, as a late effect, or a friction with a finite transition speed, foretells better without
+    /// them.
     pub done_without: Vec<String>,
-    /// Effects that are not named, as the intervals of all their parameters hold 0.
+    /// Ids of effects that are not named, as the intervals of all their parameters include 0.
     pub undetermined: Vec<String>,
 }
 
-/// Effects with which the error is larger, or hardly smaller where something else is left or they may be errors of form.
+/// Effects with which the error is larger, or hardly smaller where structure is left or errors of form may be all that they
+/// explain.
 pub(crate) struct Refused {
-    /// Their ids; several if it is so with all of them together.
+    /// Their ids; several if all of them together are refused.
     pub ids: Vec<String>,
-    /// The error without and with them.
+    /// The error without them and with them.
     pub errors: [f64; 2],
-    /// It is that of the logs of the fit, to which they were fitted, not that of unseen data.
+    /// The errors are those on the logs of the fit, not those on unseen data.
     pub of_fit: bool,
 }
 
 impl ErrorReduction {
-    /// The fall, and what the model with all that is named predicts. Who asks for an effect is told the error whatever it does.
+    /// The fall of the error, and the predictions with all that is named. If the user asked for an effect, none is refused.
     pub(crate) fn of(
         model: &Model,
         recordings: &Logs<&Recording>,
@@ -95,14 +98,14 @@ impl ErrorReduction {
     }
 }
 
-/// What the stages found.
+/// The effects that go into the fall.
 struct Found {
     named: Vec<Named>,
-    /// Error on unseen data before frictions were given a speed over which they turn round, if they were.
+    /// Error on unseen data before frictions were given a transition speed or a late effect was added; `None` if neither was.
     turned: Option<f64>,
-    /// What moves the reading in time, if it was found by what it foretells.
+    /// Id of a late effect, if it was found by its error on unseen data.
     late: Option<String>,
-    /// What foretells no better then.
+    /// Ids of effects that were dropped then.
     done_without: Vec<String>,
 }
 
@@ -155,7 +158,8 @@ impl Found {
     }
 }
 
-/// What may move the reading in time, with the end up to which a search looks for it, if nothing that was found or is known does.
+/// Late effects that may be tried, each with the upper end of its searched range. None if an effect of the answer or of the model
+/// is late already.
 fn late_effects(
     model: &Model,
     wrench: &WrenchFinding,
@@ -183,35 +187,35 @@ fn late_effects(
     late.filter_map(with_end).collect()
 }
 
-/// Errors of the logs of the fit and of the unseen ones.
+/// Rms errors on the logs of the fit and on the unseen ones.
 struct Error {
     train: f64,
     test: f64,
 }
 
-/// What the model predicts with some of the named effects, each once.
+/// Predictions with subsets of the found effects; each subset is predicted once.
 struct Known<'a> {
     model: &'a Model,
     recordings: &'a Logs<&'a Recording>,
-    /// As the search found them.
+    /// The effects with the parameters of the search.
     found: Vec<Named>,
-    /// With the parameters that foretell best.
+    /// The effects with the parameters that foretell best.
     all: Vec<Named>,
     refitted: Option<[f64; 2]>,
     predictions: BTreeMap<Vec<usize>, Logs<Prediction>>,
-    /// The likelihood that names them and that of the error itself may disagree.
+    /// Structure is left, so that the likelihood and the error itself may prefer different parameters.
     leaves_structure: bool,
-    /// Some were held while others were found beside them.
+    /// Some effects were held while others were found beside them.
     in_rounds: bool,
-    /// A shape that somebody asks for stands where a search ends: least squares may go on.
+    /// A shape that the user asked for stands at the end of its searched range: least squares may go beyond.
     at_an_end: bool,
     can_foretell: bool,
     /// See [`may_be_form`].
     may_be_form: bool,
 }
 
-/// Whether what a servo's effects explain may be an error of the form of others: on a machine that is no docking rig they leave
-/// structure in any case.
+/// Whether the effects of a servo may explain only errors of form of each other: on a machine that is no docking rig they always
+/// leave structure.
 fn may_be_form(stages: &Stages) -> bool {
     let leaves = |found| left_of_actuator(found, stages, 0.0).is_structured();
     let of_a_servo = stages.wrench.is_none() && !stages.logs.have_spacecraft();
@@ -247,7 +251,7 @@ impl<'a> Known<'a> {
         }
     }
 
-    /// Error on both logs with these effects.
+    /// Errors with these effects.
     fn levels(&mut self, effects: &[usize]) -> anyhow::Result<Error> {
         let key = sorted(effects);
         let both = match self.predictions.remove(&key) {
@@ -262,7 +266,8 @@ impl<'a> Known<'a> {
         Ok(totals)
     }
 
-    /// Share of each of these effects in the fall of the squared error of the logs of the fit, beside the others, the largest first.
+    /// For each of these effects its share in the fall of the squared error on the logs of the fit, beside the others; the
+    /// largest first.
     fn shares(&mut self, effects: &[usize]) -> anyhow::Result<Vec<(usize, f64)>> {
         let square = |error: Error| error.train * error.train;
         let (start, end) = (square(self.levels(&[])?), square(self.levels(effects)?));
@@ -276,7 +281,7 @@ impl<'a> Known<'a> {
         Ok(shares)
     }
 
-    /// The error with none, one, two ... of these effects.
+    /// The errors with none, the first, the first two .. of these effects.
     fn steps(&mut self, order: &[usize]) -> anyhow::Result<Vec<Step>> {
         let unseen = self.recordings.fitted < self.recordings.all.len();
         let mut steps = Vec::new();
@@ -293,12 +298,12 @@ impl<'a> Known<'a> {
         Ok(steps)
     }
 
-    /// Whether the parameters that foretell best may be others than those that were found.
+    /// Whether parameters from least squares are tried.
     fn is_refitted(&self) -> bool {
         self.leaves_structure || self.in_rounds || self.at_an_end
     }
 
-    /// Gives these effects the parameters that foretell best beside each other.
+    /// Gives these effects the parameters that foretell best together.
     fn refit(&mut self, effects: &[usize]) -> anyhow::Result<()> {
         if !self.is_refitted() {
             return Ok(());
@@ -315,8 +320,8 @@ impl<'a> Known<'a> {
         Ok(())
     }
 
-    /// Takes effects away of which no interval leaves out 0, one at a time, unless the others foretell unseen data much worse
-    /// without it.
+    /// Removes effects whose intervals do not exclude that they are absent, one at a time; an effect without which unseen data
+    /// are foretold much worse stays. Returns the ids of those removed.
     fn without_vague(&mut self, effects: &mut Vec<usize>) -> anyhow::Result<Vec<String>> {
         let mut gone = Vec::new();
         let mut kept: Vec<usize> = Vec::new();
@@ -340,9 +345,10 @@ impl<'a> Known<'a> {
         }
     }
 
-    /// Takes effects away with which the error is larger, that on unseen data or, of amounts whose intervals hold 0, that on the logs to
-    /// which they were fitted, and those that move neither, one at a time; and all, if it is larger with all of them together, which may cancel each other, or not
-    /// much smaller where they may be errors of form.
+    /// Removes effects with which the error does not fall enough, one at a time, the worst first. An effect goes if the error on
+    /// unseen data is larger with it; if it moves neither error ([`Self::is_immaterial`]); or if the intervals of its amounts
+    /// include 0 and the error on the logs of the fit is larger with it. All go if the error on unseen data is larger with all of
+    /// them together (they may cancel each other), or, where they may be errors of form, not much smaller.
     fn refuse(&mut self, effects: &mut Vec<usize>) -> anyhow::Result<Vec<Refused>> {
         let mut refused = Vec::new();
         if effects.is_empty() {
@@ -374,14 +380,14 @@ impl<'a> Known<'a> {
                     true => [less.train, with.train],
                     false => [less.test, with.test],
                 };
-                // Unseen data first.
+                // Effects that unseen data refute go first.
                 let is_worse = |worst: &(usize, Refused)| {
                     let worst = &worst.1;
                     (!of_fit && worst.of_fit)
                         || (of_fit == worst.of_fit && errors[0] < worst.errors[0])
                 };
-                // What is fitted by the likelihood may raise that error, but not what may be nothing: by a tenth, if unseen data are
-                // foretold a tenth better with it.
+                // A fit by likelihood may raise the error on the logs of the fit, but not by effects that may be 0. Up to a tenth
+                // is allowed if the error on unseen data is a tenth smaller with the effect.
                 let is_nothing = || self.all[k].amounts_may_be_0(self.model);
                 let allowed = match less.test > FORETELLS * with.test {
                     true => FORETELLS,
@@ -407,9 +413,9 @@ impl<'a> Known<'a> {
         }
     }
 
-    /// Whether neither error is smaller by as much as noise makes with an effect, where something else is left in any case: whatever has a
-    /// parameter to spare explains a little of it. What brakes a free swing takes little, and nothing else does; and what is late at the end of
-    /// its search stands for something else, with the limits of that.
+    /// Whether an effect reduces neither error by more than noise would, where structure is left: any further parameter explains
+    /// a little of that. Not so for what brakes a free swing, which takes little that nothing else takes, nor for late effects,
+    /// which have limits of their own at the end of their range.
     fn is_immaterial(&self, k: usize, with: &Error, without: &Error) -> bool {
         let swings = self.model.sensor.wrench == WrenchMeaning::Free;
         let effect = LoadEffect::find(self.model, &self.all[k].effect.id);
@@ -418,9 +424,10 @@ impl<'a> Known<'a> {
         self.leaves_structure && !swings && !effect.is_some_and(LoadEffect::is_late) && on_both
     }
 
-    /// Errors with the others alone, and the factor by which that on unseen data has to be larger with the effect: as they are, by so much
-    /// that noise does not make it, or, where the likelihood is not that of what is left, with the parameters that they have then and
-    /// by anything. What the log of the fit is explained much worse without has to raise the other error by more there, too.
+    /// Errors with the other effects alone, and the factor by which the error on unseen data has to be larger with effect `k` for
+    /// it to be refused. If parameters are not fitted anew, the others stay as they are and the factor is [`RISES`]. Otherwise
+    /// the others are refitted, and any rise counts, unless the logs of the fit are explained much worse without the effect: then
+    /// the factor is again [`RISES`].
     fn error_without(&mut self, effects: &[usize], k: usize) -> anyhow::Result<(Error, f64)> {
         let others = without(effects, k);
         if !(self.is_refitted() && self.can_foretell) {
@@ -436,7 +443,7 @@ impl<'a> Known<'a> {
         Ok((less, if much_worse { RISES } else { 1.0 }))
     }
 
-    /// The predictions themselves.
+    /// The predictions with these effects.
     fn taken(mut self, effects: &[usize]) -> anyhow::Result<Logs<Prediction>> {
         let key = sorted(effects);
         match self.predictions.remove(&key) {
@@ -462,7 +469,7 @@ fn sorted(effects: &[usize]) -> Vec<usize> {
     key
 }
 
-/// Stages of the actuator with shares of the same size stand in the order of the signal.
+/// Reorders actuator stages whose shares are of the same size into the order of the signal chain.
 fn in_signal_order(named: &mut [(usize, f64)], all: &[Named]) {
     /// Shares within this factor are of the same size.
     const SAME_SIZE: f64 = 3.0;

@@ -1,8 +1,8 @@
-//! The parameters that foretell best.
+//! The parameters that foretell unseen data best.
 //!
-//! Names are decided by the likelihood of the noise as it is, which weighs a slow error less where the noise is slow. Where a
-//! law's form is wrong, that likelihood fits the parameters to the fast part of what is left, and others foretell the wrench
-//! better: those of least squares, in which each error counts as it is.
+//! Names are decided by the likelihood of the noise as it is, which gives slow errors little weight where the noise is slow.
+//! Where the form of a law is wrong, that likelihood fits the parameters to the fast part of the residual. Parameters from least
+//! squares, in which all errors count alike, then foretell the wrench better.
 
 use super::foresight::Foresight;
 use crate::diagnose::answer::ranking::foretells_alike;
@@ -20,12 +20,12 @@ use softdock_io::recording::Recording;
 use softdock_physics::model::prediction::Prediction;
 use softdock_physics::model::{Channel, Model};
 
-/// Effects with other parameters, and the error on unseen data before and with them.
+/// Effects with other parameters; the error on unseen data before, and with them.
 pub(crate) type Better = (Vec<Named>, [f64; 2]);
 
-/// The effects with the parameters of least squares, if these foretell unseen data better. Each interval holds what both
-/// likelihoods say; `in_rounds`: what least squares say, as some were found while others were held, beside which what is known of these
-/// was too much or too little.
+/// The effects with the parameters of least squares; `None` if these do not foretell unseen data better. Each interval covers
+/// those of both fits. With `in_rounds` it is that of least squares alone: some effects were held while others were found, so
+/// that their intervals were too narrow or too wide.
 pub(crate) fn refit(
     model: &Model,
     recordings: &Logs<&Recording>,
@@ -45,9 +45,9 @@ pub(crate) fn refit(
 /// Most ties that are searched anew.
 const TRIED: usize = 3;
 
-/// Ids of what has one effect in the place of another that the logs of the fit do not tell from it, with no more parameters, if
-/// that foretells better than what the likelihood prefers ([`Foresight`]), what moves better first: beside what no law describes, errors of form
-/// decide between the two there.
+/// Ties of the answer that foretell better ([`Foresight`]): each is a list of ids, with one effect in the place of another that
+/// the logs of the fit do not tell from it, and no more parameters. Those with a better simulated motion come first. Where
+/// structure is left, errors of form decide between an effect and its tie in the likelihood.
 pub(crate) fn better_ties(
     model: &Model,
     recordings: &Logs<&Recording>,
@@ -84,7 +84,7 @@ pub(crate) fn better_ties(
     Ok(better.into_iter().map(|(_, ids)| ids).collect())
 }
 
-/// Hypotheses with another effect in the place of one of the answer, not told from it and with no more parameters.
+/// Hypotheses that tie with the answer, with another effect in the place of one and no more parameters.
 fn no_larger_ties(wrench: &WrenchFinding) -> Vec<Tested> {
     let ranked = &wrench.found.ranked;
     let accepted = wrench.found.accepted.as_ref();
@@ -120,17 +120,17 @@ pub(crate) fn by_least_squares(
     Ok(refitted.collect())
 }
 
-/// Whether a delay leaves less than half of a log to compare: where nothing is predicted there is no error.
+/// Whether less than half of the wrench of a log is predicted, because of a delay: then there is no error to compare.
 fn predicts_little(prediction: &Prediction) -> bool {
     let rows = &prediction.channel(Channel::Wrench).predicted;
     2 * rows.iter().flatten().count() < rows.len()
 }
 
-/// Errors with some effects, in units of the noise; NaN where too little is predicted.
+/// Rms errors with some effects, in units of the noise; NaN where too little is predicted.
 pub(crate) struct Errors {
-    /// Of the logs of the fit.
+    /// On the logs of the fit.
     pub(crate) of_fit: f64,
-    /// Of unseen ones.
+    /// On the unseen logs.
     pub(crate) unseen: f64,
 }
 
@@ -144,7 +144,7 @@ impl Errors {
         Ok(Self::of_predictions(&predictions))
     }
 
-    /// Of what was predicted.
+    /// The errors of given predictions.
     pub(crate) fn of_predictions(predictions: &Logs<Prediction>) -> Self {
         if predictions.all.iter().any(predicts_little) {
             return Self {

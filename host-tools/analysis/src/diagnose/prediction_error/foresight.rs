@@ -1,4 +1,4 @@
-//! How well a model foretells: each instant, and a whole motion from its beginning.
+//! How well a model foretells: the reading at each measured instant, and a whole motion in free-run simulation.
 
 use super::for_prediction::Errors;
 use crate::compare::free_simulation::simulate;
@@ -8,17 +8,17 @@ use softdock_physics::model::Model;
 use softdock_physics::model::prediction::signals::Signals;
 use std::cell::OnceCell;
 
-/// What a model foretells of logs.
+/// A model with its errors on logs.
 pub(crate) struct Foresight<'a> {
     model: &'a Model,
     errors: Errors,
     unseen: &'a [&'a Recording],
-    /// See [`Self::simulated`].
+    /// Result of [`Self::simulated`], once it was asked for.
     simulated: OnceCell<Option<f64>>,
 }
 
 impl<'a> Foresight<'a> {
-    /// Of a model with these errors at each instant, which may be simulated on unseen logs.
+    /// From a model and its errors at each instant; `unseen` are the logs on which it may be simulated.
     pub(crate) const fn new(model: &'a Model, errors: Errors, unseen: &'a [&'a Recording]) -> Self {
         Self {
             model,
@@ -33,8 +33,8 @@ impl<'a> Foresight<'a> {
         self.errors.unseen
     }
 
-    /// Whether it foretells unseen data better, and explains the logs of the fit not much worse; before that, whether it does neither much worse,
-    /// and [moves](Self::moves_better_than) as was measured where the other one does not.
+    /// Whether it is better: its simulated motion is ([`Self::moves_better_than`]), or, where neither motion is, its error at
+    /// each instant.
     pub(crate) fn is_better_than(&self, other: &Self) -> bool {
         self.moves_better_than(other)
             || (self.foretells_better_than(other) && !other.moves_better_than(self))
@@ -46,8 +46,9 @@ impl<'a> Foresight<'a> {
         own.unseen * RISES < others.unseen && own.of_fit < FORETELLS * others.of_fit
     }
 
-    /// Whether its simulated motion is off by less than the motion, and by less than [`MOVES`] of what the other one's is, while neither
-    /// error at each instant is much larger: at a measured instant a spring that acts late is a damper, in a motion it is none.
+    /// Whether its simulated motion is better: off by less than the motion itself, and by less than [`MOVES`] of the other one's
+    /// error (squared), while neither error at each instant is much larger. At a measured instant a spring that acts late equals
+    /// a damper; in a simulated motion it does not.
     pub(crate) fn moves_better_than(&self, other: &Self) -> bool {
         let [own, others] = [self, other].map(|one| &one.errors);
         let nearly =
@@ -57,8 +58,8 @@ impl<'a> Foresight<'a> {
         nearly && error(self).is_some_and(is_less)
     }
 
-    /// Mean square of what the simulated motion is off on unseen logs, of that of the motion; infinite if it runs away, None if nothing drives
-    /// a single axis, or something acts that is not simulated.
+    /// Mean squared error of the simulated motion on unseen logs, relative to the motion. Infinite if the simulation runs away;
+    /// `None` if no recorded force drives a single axis, or an effect cannot be simulated.
     fn simulated(&self) -> Option<f64> {
         let of = |recording: &&Recording| {
             let signals = Signals::new(recording).ok()?;
@@ -112,7 +113,7 @@ mod tests {
         Model::from_toml(&text, "model.toml").unwrap()
     }
 
-    /// At each instant the delay may even leave a little less.
+    /// At each measured instant the delay may even leave a little less.
     #[test]
     fn a_delay_is_no_damper_of_a_motion() {
         let log = cart();

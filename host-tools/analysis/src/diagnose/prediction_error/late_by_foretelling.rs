@@ -1,4 +1,4 @@
-//! What moves the reading in time, by what it foretells.
+//! Finds late effects (those that move the reading in time) by their error on unseen data.
 
 use super::for_prediction::{Better, Errors, by_least_squares};
 use super::reversal::{best_reversal, each_friction, is_dry};
@@ -11,11 +11,12 @@ use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 use softdock_physics::model::load::effects::LoadEffect;
 
-/// Effects with what moves the reading in time, beside them or in the place of one of them that is no dry friction, and with the
-/// reversals that are best beside that. A reading that is late makes a reversal look round, and where the likelihood has a sharp one,
-/// or a spring, whose force is in quadrature with the velocity, nothing looks late. In the place of another it has to leave and to
-/// foretell less; with a parameter more, by so much less as decides without a likelihood; and a curve in its place has to leave more.
-/// `late`: effects of one parameter, and the end up to which a search looks for it: what is later is something else.
+/// Tries each late effect beside the answer, and in the place of each effect that is no dry friction, with the transition speeds
+/// of frictions that are best beside it. A late reading makes a reversal look round. If the likelihood prefers a sharp reversal,
+/// or a spring (whose force is in quadrature with the velocity), nothing looks late to it. In the place of an effect the errors
+/// on the logs of the fit and on unseen data have to fall by [`RISES`]; beside all of them, which costs a parameter, by
+/// [`FORETELLS`]. A general curve in its place must not be better on both. `late` has effects of one parameter with the upper end
+/// of the searched range, as a longer delay is something else. `None` if nothing is found, or there is no dry friction.
 pub(crate) fn with_what_is_late(
     model: &Model,
     recordings: &Logs<&Recording>,
@@ -48,7 +49,7 @@ pub(crate) fn with_what_is_late(
     let Some((best, errors)) = best else {
         return Ok(None);
     };
-    // What builds up after each reversal is late as well.
+    // A friction that builds up after each reversal is late as well.
     let is_a_curve = match with_a_curve(wrench) {
         Some(curve) => {
             let curve = by_least_squares(model, recordings, &curve, true)?;
@@ -60,18 +61,18 @@ pub(crate) fn with_what_is_late(
     Ok((!is_a_curve).then_some((best, [before.unseen, errors.unseen])))
 }
 
-/// What is tried with something late, and what it is held against.
+/// What all trials of late effects have in common.
 struct Tried<'a> {
     model: &'a Model,
     recordings: &'a Logs<&'a Recording>,
     before: &'a Errors,
-    /// The usual speed.
+    /// The largest rms speed of the logs.
     speed: f64,
 }
 
 impl Tried<'_> {
-    /// Takes an effect beside others, if that leaves less of the logs of the fit than the best so far, and less of all than before, by a
-    /// factor.
+    /// Tries a late effect beside others and keeps it in `best` if it leaves less on the logs of the fit than the best so far,
+    /// and both errors are smaller than before by `margin`.
     fn beside(
         &self,
         others: &[Named],
@@ -80,7 +81,7 @@ impl Tried<'_> {
         end: f64,
         best: &mut Option<(Vec<Named>, Errors)>,
     ) -> anyhow::Result<()> {
-        /// Where least squares begin, s. Set by hand: of a damper that is late by 28 ms they come there from 5 to 45 ms.
+        /// Start value of least squares, s. Set by hand: for a damper that is late by 28 ms, starts from 5 to 45 ms converge.
         const START_S: f64 = 0.01;
         let [parameter] = effect.parameters[..] else {
             return Ok(());
@@ -108,7 +109,7 @@ impl Tried<'_> {
     }
 }
 
-/// The likeliest hypothesis with a curve that fits many mechanisms.
+/// The likeliest hypothesis with a general curve; `None` if none was tried.
 fn with_a_curve(wrench: &WrenchFinding) -> Option<Vec<Named>> {
     let likeliest = wrench.likeliest_with(is_shape)?;
     let all = wrench.earlier.0.iter().chain(&likeliest.effects);

@@ -1,4 +1,4 @@
-//! What a diagnosis leaves of each channel.
+//! What the named effects leave on each channel.
 
 use crate::diagnose::actuator::ActuatorFinding;
 use crate::diagnose::logs::Logs;
@@ -12,11 +12,11 @@ use softdock_physics::model::prediction::Prediction;
 use softdock_physics::model::{Axis, Channel, Model};
 use softdock_statistics::{Noise, noise_floor, rms};
 
-/// Level of the model velocity over its digits that is no rounding any more.
+/// Rms error of the model velocity, in units of its rounding, above which it is more than rounding.
 const DIGITS: f64 = 1.35;
 
-/// What is left of each channel beside what is named; `refused`: ids of what was found and is not named, as unseen data or its intervals
-/// speak against it.
+/// What is left on each channel beside the `named` effects. `refused` are ids of effects that were found and are not named,
+/// because unseen data or their intervals refute them: what they explain counts as left.
 pub(crate) fn left_over(
     model: &Model,
     stages: &Stages,
@@ -24,7 +24,7 @@ pub(crate) fn left_over(
     (named, refused): (&[&Named], &[&String]),
 ) -> Vec<Left> {
     let mut all = Vec::new();
-    // What stands where its search ends is something else that looks like it; above all what is later.
+    // A value at the end of its searched range belongs to something else that looks like this effect, above all if it is a delay.
     let is_at_end = |one: &&&Named| {
         let wrench = stages.wrench.as_ref();
         wrench.is_some_and(|w| one.at_its_end(&w.prepared).is_some())
@@ -50,7 +50,7 @@ pub(crate) fn left_over(
         let accepted = accepted.as_ref();
         let mut left = left::of_wrench(&found.prepared, accepted, &[]);
         if stages.clock.jitter.is_some() {
-            // Instants that were recovered but for noise leave bursts where the load is steep.
+            // Instants that were recovered with an error leave bursts where the load changes fast.
             let each = left.axes.iter_mut().flat_map(|(_, _, each)| each);
             each.for_each(|one| *one = one.clone().of_size());
         }
@@ -58,7 +58,7 @@ pub(crate) fn left_over(
         if let Some(beside) = found.beside_remainder.as_ref().filter(|_| explains) {
             let smooth = &beside.remainder.of_logs;
             let both = left::of_wrench(&found.prepared, accepted, smooth);
-            // What touches something may be of a law of contacts that no catalogue has, as on a rig.
+            // What is left in a contact may follow a law of contacts that the catalogue lacks, as on a rig.
             let touches = beside.remainder.is_of_contact();
             left = match (of_a_machine && !touches, is_later) {
                 (_, true) => left,
@@ -75,7 +75,7 @@ pub(crate) fn left_over(
     all
 }
 
-/// `explained`: χ² that effects explain which the model has already.
+/// What is left of the executed velocity. `explained` is the fall of χ² by effects that the model has already.
 pub(super) fn left_of_actuator(found: &ActuatorFinding, stages: &Stages, explained: f64) -> Left {
     let moving = |axis: &Axis| found.white.iter().all(|w| !w[axis.index()].is_empty());
     let axes = Axis::ALL
@@ -95,7 +95,7 @@ pub(super) fn left_of_actuator(found: &ActuatorFinding, stages: &Stages, explain
     Left::of_velocities(axes, reached, explained + nominal, found.count)
 }
 
-/// Structure of a channel that the stages do not whiten themselves.
+/// What is left on a channel that no stage whitens.
 fn left_of(channel: Channel, stages: &Stages, after: &Logs<Prediction>) -> Left {
     let judged = after.all[0].judged(channel).iter().copied();
     let axes = judged
@@ -130,13 +130,13 @@ fn structure_of(prediction: &Prediction, channel: Channel, axis: Axis) -> Struct
     let sheet = predicted.sigma[axis.index()];
     let level = rms(&values) / sheet;
     if channel == Channel::ModelVelocity {
-        // Digits are no noise: only their size counts.
+        // Rounded digits have no noise spectrum: only the level counts.
         return Structure {
             level: if level > DIGITS { level } else { 0.0 },
             ..Structure::default()
         };
     }
-    // The increments of a noisy pose are differences: their spectrum is no test of anything.
+    // The increments of a noisy pose are differences, so that their spectrum tests nothing.
     let floor = noise_floor(&values, Noise::Differenced, None)
         .unwrap_or(sheet)
         .max(0.3 * sheet);

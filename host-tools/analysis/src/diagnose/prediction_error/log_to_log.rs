@@ -1,7 +1,7 @@
-//! What differs from the logs of the fit to those that no fit has seen, where that is most of what is left of these.
+//! A parameter that differs between the logs of the fit and the unseen ones, where that is most of the error that is left.
 //!
-//! Whether logs disagree is decided by the noise, in which what changes slowly weighs little, and by what an effect explains: a
-//! constant that differs by a twentieth is a disagreement by neither, and can be most of the error on unseen data.
+//! Whether logs disagree is decided by likelihood, which gives slow changes little weight, and relative to what an effect
+//! explains. By neither is a constant that differs by a twentieth a disagreement, but it can be most of the error on unseen data.
 
 use crate::compare::TOLERATED_NOISE;
 use crate::diagnose::evidence::MOST;
@@ -17,18 +17,18 @@ use softdock_statistics::dot;
 pub(crate) struct LogToLog {
     /// Id of its effect.
     pub effect: String,
-    /// Its name and unit.
+    /// Name and unit of the parameter.
     pub parameter: (&'static str, &'static str),
     /// Its value in the logs of the fit.
     pub fitted: f64,
     /// The value that fits each unseen log.
     pub unseen: Vec<f64>,
-    /// Error of the wrench on unseen data with the first, and with the others, in units of the noise.
+    /// Error of the wrench on unseen data, in units of the noise: with the fitted value, and with the own values.
     pub errors: [f64; 2],
 }
 
-/// The parameter that alone, with a value of its own in each unseen log, would take most of what `model` leaves of the wrench there;
-/// `after`: what it predicts. None where no more than noise is left.
+/// The parameter that would remove most of the unseen error of the wrench if it had a value of its own in each unseen log.
+/// `after` are the predictions of `model`. `None` where only noise is left, or no parameter would remove more than [`MOST`].
 pub(crate) fn from_log_to_log(
     model: &Model,
     recordings: &Logs<&Recording>,
@@ -49,7 +49,7 @@ pub(crate) fn from_log_to_log(
     }
     let coefficients = named.iter().flat_map(|one| {
         let id = one.effect.id.as_str();
-        // What moves or scales the whole reading is not proportional to what it has, nor is a contact.
+        // Effects that move or scale the whole reading, and contacts, are not proportional to their parameters.
         let effect = LoadEffect::find(model, id).filter(|e| e.is_linear() && !e.acts_on_reading());
         let coefficients = effect.into_iter().flat_map(|effect| &effect.coefficients);
         coefficients.map(move |coefficient| (one, coefficient))
@@ -69,7 +69,7 @@ pub(crate) fn from_log_to_log(
     each.min_by(|a, b| a.errors[1].total_cmp(&b.errors[1]))
 }
 
-/// The unseen logs, and what a model leaves of the wrench of each.
+/// The unseen logs, and the whitened residuals of the wrench of each.
 struct Unseen<'a> {
     model: &'a Model,
     recordings: &'a [&'a Recording],
@@ -77,9 +77,10 @@ struct Unseen<'a> {
 }
 
 impl Unseen<'_> {
-    /// By how much a value of its own for each log lets χ² fall, and these values; `value`: that of the model.
+    /// By how much χ² falls with a value of its own in each log, and these values. `value` is that of the model. `None` if the
+    /// parameter does nothing on a log.
     fn with_own(&self, effect: &str, name: &str, value: f64) -> Option<(f64, Vec<f64>)> {
-        /// Share by which a value is changed; what it does is proportional to it.
+        /// Relative change of the value for the derivative; the contribution is proportional to it.
         const CHANGE: f64 = 0.01;
         let mut changed = self.model.clone();
         let one = changed.effects.iter_mut().find(|one| one.id == effect)?;
@@ -100,7 +101,7 @@ impl Unseen<'_> {
     }
 }
 
-/// What is left of the wrench, in units of the noise.
+/// Residuals of the wrench, in units of the noise.
 fn rest(prediction: &Prediction) -> Vec<f64> {
     let channel = prediction.channel(Channel::Wrench);
     let of_axis = |axis: &Axis| {

@@ -1,4 +1,4 @@
-//! What is left of an error on data that no fit has seen, and the parameters that leave least of it.
+//! The error on unseen data: by how much named effects reduce it, and with which parameters most.
 
 pub(crate) mod error_reduction;
 pub(crate) mod for_prediction;

@@ -1,4 +1,4 @@
-//! How a dry friction turns round, by what it foretells.
+//! The speed over which a dry friction changes sign, found by the error on unseen data.
 
 use super::for_prediction::{Better, Errors, by_least_squares};
 use crate::diagnose::evidence::{FORETELLS, RISES};
@@ -10,9 +10,9 @@ use softdock_physics::model::Model;
 use softdock_physics::model::load::effects::LEVEL;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
-/// Effects with the dry frictions among them turning round over the speed with which all leave least of the logs of the fit, if
-/// that foretells unseen data better, too. How sharp a reversal is shows in the fast part of a reading, where the likelihood has
-/// other errors of form to fit to. `speed`: the usual one.
+/// Gives one of the dry frictions the transition speed with which least squares leave least on the logs of the fit. `None` if that does
+/// not foretell unseen data better, too. The sharpness of a reversal shows in the fast part of a reading, where the likelihood
+/// fits other errors of form. `speed` is the largest rms speed of the logs.
 pub(crate) fn with_reversals(
     model: &Model,
     recordings: &Logs<&Recording>,
@@ -36,8 +36,9 @@ pub(crate) fn is_dry(id: &str) -> bool {
     by_id(id).and_then(|effect| effect.kind) == Some(Kind::DryFriction)
 }
 
-/// The reversal of a friction with which least squares leave least of the logs of the fit, if that is less than `least`; `anew`:
-/// there are many sets, and what was said before is no other opinion on the amounts.
+/// The effects with that transition speed of one of the frictions with which least squares leave least on the logs of the fit;
+/// `None` if that is not less than `least`. With `anew` there are many sets of effects, so fewer speeds are tried, and intervals do not include those of
+/// earlier fits.
 pub(crate) fn best_reversal(
     model: &Model,
     recordings: &Logs<&Recording>,
@@ -46,13 +47,13 @@ pub(crate) fn best_reversal(
     anew: bool,
     mut least: f64,
 ) -> anyhow::Result<Option<(Vec<Named>, Errors)>> {
-    /// Halvings of the speed with which a friction has its level at the usual one, from one with which it is sharp; of many
-    /// sets fewer are tried.
+    /// Speeds that are tried, as numbers of halvings of the slowest transition, with which the friction just reaches its level at
+    /// the rms speed; from sharp to round. Fewer are tried of many sets.
     const HALVINGS: &[i32] = &[5, 4, 3, 2, 1, 0];
     const FEWER: &[i32] = &[4, 2, 0];
     let slowest = speed / LEVEL;
     let turning = |named: &[Named], k: usize, speed: f64| {
-        // A slower turn would be a viscous friction by another name.
+        // A transition over higher speeds would make a viscous friction of it.
         if speed > slowest {
             return Ok(None);
         }
@@ -69,7 +70,7 @@ pub(crate) fn best_reversal(
     for (k, named) in frictions {
         let (mut last, mut rises, mut before) = (f64::INFINITY, 0, named);
         let (mut tried, mut best_speed) = (Vec::new(), None);
-        // From sharp ones, beyond which most leave more and more.
+        // From sharp ones on, as most frictions leave more and more beyond the best one.
         for halvings in if anew { FEWER } else { HALVINGS } {
             let speed = slowest * 0.5_f64.powi(*halvings);
             let Some((others, errors)) = turning(&before, k, speed)? else {
@@ -89,7 +90,7 @@ pub(crate) fn best_reversal(
         let Some(speed) = best_speed else {
             continue;
         };
-        // Between two of them.
+        // Refines between the values that were tried.
         let twice = [0.5, 2.0].into_iter().filter(|_| anew);
         for beside in twice.chain([FRAC_1_SQRT_2, SQRT_2]) {
             tried.extend(turning(&before, k, beside * speed)?);
@@ -100,8 +101,8 @@ pub(crate) fn best_reversal(
     Ok(best)
 }
 
-/// What leaves least, with intervals that hold what all say that the logs do not refuse: those that leave as little, but for what
-/// noise makes, and those that leave little more and foretell better.
+/// The result that leaves least, with intervals that cover those of all as good ones: results that leave as little up to noise,
+/// and results that leave little more but foretell better.
 fn with_all_as_good(mut tried: Vec<(Vec<Named>, Errors)>) -> Option<(Vec<Named>, Errors)> {
     tried.sort_by(|a, b| a.1.of_fit.total_cmp(&b.1.of_fit));
     let mut tried = tried.into_iter();
@@ -117,8 +118,8 @@ fn with_all_as_good(mut tried: Vec<(Vec<Named>, Errors)>) -> Option<(Vec<Named>,
     Some((best, errors))
 }
 
-/// Place of each dry friction among effects, and these; where there are others or details of any, which imitate a rounder reversal
-/// together, each alone as well.
+/// For each dry friction, or detail of one: its place in a set of effects, and the set. If there are other such effects, which
+/// can imitate a rounder reversal together, each dry friction is also taken without them.
 pub(crate) fn each_friction(named: &[Named]) -> Vec<(usize, Vec<Named>)> {
     let is_detail = |one: &&Named| {
         let details = by_id(&one.effect.id).map_or(&[][..], |effect| effect.detail_of);
