@@ -1,4 +1,4 @@
-//! How a diagnosis ends, by what the stages found.
+//! The verdict of a diagnosis, from what the stages found.
 
 use crate::diagnose::finding::Verdict;
 use crate::diagnose::question::Question;
@@ -7,7 +7,7 @@ use crate::diagnose::wrench::left::Left;
 use softdock_physics::model::prediction::Prediction;
 use softdock_physics::model::{Channel, Model};
 
-/// What decides.
+/// All on which the verdict depends.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Grounds {
     /// The logs hold something that a model can be held against.
@@ -16,21 +16,21 @@ pub(crate) struct Grounds {
     pub found: bool,
     /// What is missing differs from log to log.
     pub disagree: bool,
-    /// Beside what was found there is structure.
+    /// Structure is left beside what was found.
     pub left: bool,
-    /// There is no second log: effects are judged on what they were fitted on.
+    /// There is no unseen log: effects are judged on the data of their fit.
     pub in_sample: bool,
-    /// One effect was asked for. Who asks gets it, whatever else there is.
+    /// One effect was asked for. It is answered whatever else is missing.
     pub asked: bool,
 }
 
 impl Grounds {
-    /// Whether something is left without a name. Beside effects, that has to show on two logs.
+    /// Whether something is left without a name. Beside found effects this needs an unseen log to show it.
     pub(crate) const fn unexplained(self) -> bool {
         self.left && !self.asked && !(self.in_sample && self.found)
     }
 
-    /// The end.
+    /// The verdict.
     pub(crate) const fn verdict(self) -> Verdict {
         if !self.testable {
             Verdict::NotTestable
@@ -46,18 +46,18 @@ impl Grounds {
     }
 }
 
-/// The verdict, and on what it stands.
+/// The verdict, and its grounds.
 pub(crate) struct Judged {
     /// Effects that the stages found, whether they may be named or not.
     pub(crate) found: Vec<String>,
-    /// Those about which the logs disagree.
+    /// Ids of effects about which the logs disagree.
     pub(crate) disagreeing: Vec<String>,
-    /// What is said of logs that cannot say what is missing.
+    /// The sentence for logs that cannot be tested.
     pub(crate) untestable: &'static str,
     pub(crate) verdict: Verdict,
-    /// Something is left without a name.
+    /// Structure is left without a name.
     pub(crate) unexplained: bool,
-    /// Only one effect was asked for.
+    /// A single effect was asked for.
     pub(crate) asked: bool,
 }
 
@@ -95,7 +95,7 @@ impl Judged {
         }
     }
 
-    /// Whether what was found may not be called what is missing.
+    /// Whether the verdict is one with which found effects are not named.
     pub(crate) fn is_unnamed(&self) -> bool {
         matches!(self.verdict, Verdict::Unexplained | Verdict::LogsDisagree)
     }
@@ -105,7 +105,7 @@ impl Judged {
     }
 }
 
-/// Why logs cannot say what is missing, if they cannot.
+/// The sentence for logs that cannot be tested.
 fn untestable(stages: &Stages, stands_still: bool) -> &'static str {
     if stands_still {
         return "The logs cannot say what is missing: the rig stands still in them. Record a run in which it moves.";
@@ -120,7 +120,7 @@ fn untestable(stages: &Stages, stands_still: bool) -> &'static str {
      spacecraft. What swings freely has a wrench of zero: import it with wrench = \"free\" in [starter] of the mapping."
 }
 
-/// Whether nothing moves. Readings at rest show a zero that is off and a drift, and nothing else.
+/// Whether nothing moves in any log. Readings at rest show the zero of a sensor and a drift of it, and nothing else.
 fn stands_still(model: &Model, stages: &Stages) -> bool {
     let mut logs = stages.logs.all.iter();
     !model.sensor.at_rest && logs.all(|log| log.rests(&model.noise))
@@ -142,11 +142,11 @@ fn disagreeing(stages: &Stages) -> Vec<String> {
     ids
 }
 
-/// Said of logs of a rig.
+/// Reported for logs of a rig only.
 const NO_SPACECRAFT: &str =
     "The model of the spacecraft is not tested: the logs hold no velocities of it.";
 
-/// Number of things that a log may lack.
+/// Number of signals that a log may lack: commands, a wrench, velocities of the spacecraft's model.
 const TESTED: usize = 3;
 
 /// Whether the controller of a rig wrote any of the logs.
@@ -154,7 +154,7 @@ pub(crate) fn of_a_rig(stages: &Stages) -> bool {
     stages.logs.all.iter().any(|log| log.of_a_rig)
 }
 
-/// What cannot be tested on these logs, and why.
+/// For each part that cannot be tested on these logs: a sentence with the reason.
 fn lacking(stages: &Stages) -> Vec<&'static str> {
     let mut all = Vec::new();
     if stages.actuator.is_none() && !is_driven(stages) {
@@ -180,14 +180,15 @@ fn lacking(stages: &Stages) -> Vec<&'static str> {
     all
 }
 
-/// The same, of what such logs may hold: velocities of spacecraft are those of a rig, which has a wrench. A servo has a command alone.
+/// The same without what such logs cannot hold. Velocities of spacecraft are missed only in logs of a rig that have a wrench: the
+/// log of a servo has commands only.
 pub(crate) fn untested(stages: &Stages) -> impl Iterator<Item = &'static str> {
     let of_a_rig = of_a_rig(stages) && stages.wrench.is_some();
     let all = lacking(stages).into_iter();
     all.filter(move |lack| of_a_rig || *lack != NO_SPACECRAFT)
 }
 
-/// Whether the motion follows the wrench of the logs.
+/// Whether the wrench of a log is what drives its motion.
 pub(crate) fn is_driven(stages: &Stages) -> bool {
     let mut logs = stages.wrench.iter().flat_map(|w| &w.prepared.logs);
     logs.any(|log| log.scene.model.sensor.wrench.drives())
@@ -197,7 +198,7 @@ pub(crate) fn is_driven(stages: &Stages) -> bool {
 mod tests {
     use super::*;
 
-    /// Every combination, and the rules a second time.
+    /// Every combination of grounds, against a second statement of the rules.
     #[test]
     fn each_combination_has_the_end_that_is_promised() {
         for bits in 0..64_u8 {
