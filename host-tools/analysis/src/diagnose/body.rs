@@ -1,9 +1,8 @@
-//! What the rig's model of the spacecraft has that the user's does not: another mass, a resistance.
+//! Differences between the rig's own model of the spacecraft and the user's: another mass or inertia, a resistance.
 //!
-//! The increments of the model velocity are logged without noise, so this is a least-squares fit of
-//! logged digits. Columns: the predicted increment itself (a mass that is off by a factor scales
-//! it), the same for each rotation, and what the prediction changes by with a resistance of one
-//! unit, in which it is linear.
+//! The increments of the model velocity are logged without noise, so this is a least-squares fit to logged digits. Its columns
+//! are the predicted increment itself (a wrong mass scales it), the same for each rotation (moments of inertia), and the change
+//! of the prediction by a resistance of one unit, in which it is linear.
 
 use super::evidence::{self, threshold};
 use super::logs::Logs;
@@ -26,9 +25,9 @@ pub(crate) struct BodyFit {
     pub id: &'static str,
     /// Value, standard deviation and unit of its parameters.
     pub parameters: BTreeMap<&'static str, (f64, f64, &'static str)>,
-    /// Fall of χ² beside the others on each log.
+    /// Fall of χ² on each log, beside the other accepted effects.
     pub gains: Vec<f64>,
-    /// Evidence beside the others.
+    /// Evidence for it beside the other accepted effects.
     pub evidence: f64,
     /// The logs disagree about it.
     pub disagrees: bool,
@@ -37,7 +36,7 @@ pub(crate) struct BodyFit {
 /// Result of the search.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct BodySearch {
-    /// What is accepted.
+    /// Accepted effects.
     pub accepted: Vec<BodyFit>,
     /// The largest evidence of any effect beside those that were found before it.
     pub strongest: Option<f64>,
@@ -49,13 +48,13 @@ type Named = (&'static str, &'static str);
 /// A hypothesis: an effect with some of its parameters, one for each column.
 struct Hypothesis {
     id: &'static str,
-    /// A choice of its form that is not the usual one.
+    /// A choice of its form, if it is not the default one.
     form: Option<&'static str>,
     parameters: &'static [Named],
     columns: Vec<Column>,
 }
 
-/// One log: residual and increments of the model velocity.
+/// The regression of one log: residual and columns of the model velocity, cycle by cycle.
 pub(crate) struct BodyRegression {
     segment: Segment,
     residual: Column,
@@ -74,12 +73,12 @@ const INERTIA_ERRORS: [Named; 3] = [
     ("izz_kg_m2", "kg·m²"),
 ];
 const SPRING: Named = ("stiffness_n_per_m", "N/m");
-/// The spring is relaxed where the log begins.
+/// Choice of a spring that is relaxed where the log begins.
 const ABOUT_START: &str = "about_start";
 const DAMPER: Named = ("damping_n_s_per_m", "N·s/m");
 
 impl BodyRegression {
-    /// From a prediction with the nominal model; None where the channel is not predicted.
+    /// From a prediction with the nominal model. `None` if it does not predict this channel.
     pub(crate) fn new(
         model: &Model,
         recording: &Recording,
@@ -135,7 +134,7 @@ fn linear(axis: usize) -> f64 {
     if axis < 3 { 1.0 } else { 0.0 }
 }
 
-/// Changes of the model velocity from cycle to cycle, as they are predicted.
+/// Predicted changes of the model velocity from cycle to cycle.
 struct Changes<'a> {
     channel: &'a ChannelPrediction,
     known: Vec<bool>,
@@ -163,7 +162,7 @@ impl<'a> Changes<'a> {
         self.predicted(n, axis) - self.channel.measured[n - 1][axis]
     }
 
-    /// A value of each cycle that is predicted, of each axis that moves.
+    /// A column with the values of `of` (cycle, axis) in each predicted cycle and on each axis that moves; 0 elsewhere.
     fn column(&self, of: &dyn Fn(usize, usize) -> f64) -> Column {
         let value = |n: usize, axis: usize| {
             let counts = n > 0 && self.known[n] && self.active[axis];
@@ -176,9 +175,9 @@ impl<'a> Changes<'a> {
     }
 }
 
-/// A spring alone, a damper alone, and both: of a parameter that is 0 a fit finds a small value of
-/// either sign, and a negative one is refused. The spring is relaxed at the origin of C, or where the
-/// log begins. `difference` is that to the prediction.
+/// A spring alone, a damper alone, and both. If a parameter is 0, a fit of both finds a small value of either sign, and a
+/// negative one is refused. The spring is relaxed at the origin of C, or where the log begins. `difference` gives the column of a
+/// changed prediction.
 fn resistances(
     model: &Model,
     recording: &Recording,
@@ -206,7 +205,8 @@ fn resistances(
     all
 }
 
-/// The model velocity with a resistance of one unit beside what the model has.
+/// The predicted model velocity with a resistance of one unit beside the effects of the model; `None` if the signals cannot be
+/// read.
 fn with_unit(
     model: &Model,
     recording: &Recording,
@@ -226,11 +226,11 @@ fn with_unit(
     Some(bodies::predict(&model, &signals, &mut Vec::new()).predicted)
 }
 
-/// All logs with one regression.
+/// All logs in one regression.
 struct Joint<'a> {
     logs: &'a Logs<BodyRegression>,
     problem: Problem,
-    /// Columns of each hypothesis over all logs, in units of the digits.
+    /// Whitened columns of each hypothesis over all logs.
     white: Vec<Vec<Column>>,
     price: f64,
 }
@@ -270,10 +270,10 @@ impl<'a> Joint<'a> {
         &self.logs.all[0].hypotheses[k]
     }
 
-    /// Columns of some hypotheses with what their coefficients may be, without those of nothing: of an axis that does not move.
+    /// Columns of some hypotheses with their sign constraints. Columns of axes that do not move are left out, as they are 0.
     fn columns(&self, chosen: &[usize]) -> (Vec<&Column>, Vec<Sign>) {
         let each = chosen.iter().flat_map(|k| {
-            // A resistance that pushes is none.
+            // A resistance must not push.
             let sign = if self.hypothesis(*k).id == RESISTANCE {
                 Sign::Positive
             } else {
@@ -284,7 +284,7 @@ impl<'a> Joint<'a> {
         each.filter(|(column, _)| !column.is_zero()).unzip()
     }
 
-    /// Which columns of a hypothesis there is something in.
+    /// For each column of a hypothesis: whether it is not 0.
     fn acting(&self, k: usize) -> Vec<bool> {
         self.white[k]
             .iter()
@@ -311,7 +311,7 @@ impl<'a> Joint<'a> {
         Some(self.solve(chosen)?.gain - price)
     }
 
-    /// What some hypotheses contribute.
+    /// The whitened contribution of some hypotheses.
     fn part(&self, chosen: &[usize]) -> Column {
         let mut sum = Column::default();
         if let Some(solution) = self.solve(chosen) {
@@ -323,7 +323,7 @@ impl<'a> Joint<'a> {
         sum
     }
 
-    /// χ² of each log with some hypotheses.
+    /// χ² of each log beside some hypotheses.
     fn squares(&self, chosen: &[usize]) -> Vec<f64> {
         let part = self.part(chosen);
         let rest = self
@@ -336,7 +336,7 @@ impl<'a> Joint<'a> {
         (0..self.logs.all.len()).map(of).collect()
     }
 
-    /// Gain of an amount of its own for one log, beside all that is chosen.
+    /// The largest gain in χ² if one log gets an amount of hypothesis `k` of its own, beside all that is chosen.
     fn contrast(&self, chosen: &[usize], k: usize) -> f64 {
         let (mut columns, mut signs) = self.columns(chosen);
         signs.fill(Sign::Free);
@@ -359,7 +359,7 @@ impl<'a> Joint<'a> {
     }
 }
 
-/// Searches; `excluded` effects are in the model already.
+/// Searches for effects; `excluded` ones are in the model already.
 pub(crate) fn search(
     model: &Model,
     logs: &Logs<BodyRegression>,
@@ -376,18 +376,18 @@ pub(crate) fn search(
     }
 }
 
-/// Hypotheses that explain enough, each beside those before it.
+/// Hypotheses that were accepted one after the other.
 #[derive(Default)]
 struct Chosen {
     places: Vec<usize>,
-    /// Of all together.
+    /// Evidence of all of them together.
     evidence: f64,
-    /// See [`BodySearch`].
+    /// See [`BodySearch::strongest`].
     strongest: Option<f64>,
 }
 
 impl Joint<'_> {
-    /// Takes the best hypothesis beside those that were taken, as long as it explains enough.
+    /// Adds the best hypothesis beside those that were added before, as long as its evidence exceeds the threshold.
     fn chosen(&self, excluded: &dyn Fn(&str) -> bool) -> Chosen {
         let mut chosen = Chosen::default();
         loop {
@@ -415,11 +415,12 @@ impl Joint<'_> {
         }
     }
 
-    /// What is chosen, with the values of a solution.
+    /// The chosen effects with the parameters of a solution.
     fn fits(&self, model: &Model, chosen: &Chosen, solution: &Solution) -> Vec<BodyFit> {
         let all = self.squares(&chosen.places);
         let left = all.iter().sum::<f64>() - self.problem.count as f64;
-        // Of digits, which are no noise, only the size tells: logs disagree if amounts of their own explain most of it.
+        // Logged digits have no noise, so evidence alone says little: logs disagree only if own amounts also explain most of what
+        // is left.
         let disagrees = |k: usize, evidence: f64| {
             let own = self.contrast(&chosen.places, k);
             own > 0.5 * left && evidence::disagree(own, evidence, 1, self.problem.count)
@@ -451,7 +452,7 @@ impl Joint<'_> {
     }
 }
 
-/// Values of the parameters of a hypothesis that have a place among the coefficients of a solution.
+/// The parameters of a hypothesis with their values. `places` maps each to a coefficient of the solution, or to none.
 fn parameters(
     model: &Model,
     hypothesis: &Hypothesis,
@@ -465,7 +466,7 @@ fn parameters(
             solution.sigma.get(place).copied().unwrap_or(0.0),
         )
     };
-    // An increment that is larger by c belongs to a mass that is smaller by 1 + c.
+    // If the increment is larger by a share c, the mass is smaller by a factor 1 + c.
     let scaled = |nominal: f64, (c, sigma): (f64, f64)| {
         let mass = nominal / (1.0 + c);
         (mass - nominal, mass * sigma / (1.0 + c))
@@ -488,7 +489,7 @@ fn parameters(
 mod tests {
     use super::*;
 
-    /// A rig that turns about z alone says nothing of the other moments of inertia.
+    /// A rig that turns about z alone does not show the other moments of inertia.
     #[test]
     fn a_moment_of_inertia_is_that_of_the_axis_that_turns() {
         let mut model = Model::default();

@@ -1,4 +1,4 @@
-//! What the catalogue says of an effect that a search comes upon.
+//! Questions about entries of the catalogue that a search has to answer.
 
 use softdock_physics::effects::{Naming, by_id};
 use softdock_physics::model::Model;
@@ -9,7 +9,8 @@ pub(crate) fn has(model: &Model, id: &str) -> bool {
     model.effects.iter().any(|e| e.id == id)
 }
 
-/// The effect of one amount that is of the same kind as one which may be simpler.
+/// The effect with one amount that is of the same kind as an effect which may be simpler. `None` if `id` may not be simpler, or
+/// there is no such effect.
 pub(crate) fn simplest(model: &Model, id: &str) -> Option<&'static str> {
     let effect = LoadEffect::find(model, id).filter(|effect| effect.may_be_simpler())?;
     let kind = effect.effect.kind?;
@@ -18,7 +19,7 @@ pub(crate) fn simplest(model: &Model, id: &str) -> Option<&'static str> {
     Some(simple.id)
 }
 
-/// Whether a catalogue entry is a mass or an inertia beside that of the model.
+/// Whether an effect is a mass or an inertia in addition to that of the model's tool.
 pub(crate) fn is_of_the_tool(id: &str) -> bool {
     by_id(id).is_some_and(|e| e.parameters.iter().any(|p| p.of_the_tool != 0.0))
 }

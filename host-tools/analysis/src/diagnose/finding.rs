@@ -1,4 +1,4 @@
-//! What a diagnosis says.
+//! The result of a diagnosis.
 
 use crate::levels::{BeforeAfter, Step};
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use softdock_physics::model::{Axis, Channel};
 use softdock_report::number;
 use std::collections::BTreeMap;
 
-/// How a diagnosis ends.
+/// The verdict of a diagnosis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
@@ -17,9 +17,9 @@ pub enum Verdict {
     NothingMissing,
     /// There is structure left that no effect of the catalogue accounts for.
     Unexplained,
-    /// The logs are not those of one machine: what is missing differs from one to the other.
+    /// The logs are not of one machine in one state: what is missing differs from log to log.
     LogsDisagree,
-    /// The logs hold nothing that a model could be held against, or nothing that changes.
+    /// The logs hold nothing with which a model can be compared, or nothing that changes.
     NotTestable,
 }
 
@@ -36,7 +36,7 @@ pub struct Estimate {
     pub high: f64,
 }
 
-/// A nominal parameter as the logs see it.
+/// A nominal parameter, as the logs determine it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Nominal {
     /// Best value, SI.
@@ -52,11 +52,11 @@ pub struct Nominal {
 /// What the named effects leave beyond the noise.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Remainder {
-    /// Share of the squared error beyond the noise, of the channel that has most of it; 0 to 1.
+    /// Share of the squared error beyond the noise that is left, on the channel where it is largest; 0 to 1.
     pub share: f64,
-    /// Share up to which effects are named beside it.
+    /// Share that may be left with effects being named.
     pub allowed: f64,
-    /// What it follows, or where and when it shows, in words; empty where it is not told from noise.
+    /// The quantity that it follows, or where and when it shows, in words; empty if it is not told from noise.
     pub follows: String,
 }
 
@@ -77,9 +77,9 @@ pub struct Trial {
 /// A hypothesis and its evidence.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Ranked {
-    /// Effects, one or two.
+    /// Ids of its effects.
     pub effects: Vec<String>,
-    /// What the model had, or an earlier round had found, when they were tried.
+    /// Ids of effects beside which these were tried: those of the model, and of earlier rounds.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub beside: Vec<String>,
     /// Channel in which they act.
@@ -90,7 +90,7 @@ pub struct Ranked {
     pub gain_test: f64,
     /// Number of parameters, scanned ones included.
     pub parameters: usize,
-    /// The named effect from which this one, in its place, cannot be told on these logs.
+    /// The named effect in whose place one of these stands and from which it cannot be told on these logs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub as_good_as: Option<String>,
     /// Why it is not named although it fits.
@@ -105,32 +105,32 @@ impl Ranked {
     }
 }
 
-/// How the note about parameters that have seen the test begins.
+/// First words of the note about parameters for which unseen data were used.
 const OF_ALL_LOGS: &str = "The parameters are those of all logs";
-/// Stands between the ids of effects that are a rival together.
+/// Separates the ids of effects that are one rival together.
 pub const TOGETHER: &str = " + ";
 
 /// The closest rival of what is named.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RunnerUp {
-    /// Its id, or those of two that are one together, with [`TOGETHER`] between them.
+    /// Its id; if two effects are one rival together, both ids with [`TOGETHER`] between them.
     pub effect: String,
     /// Id of the named effect whose rival it is.
     pub of: String,
-    /// By how much less χ² falls with it on the log of the fit.
+    /// By how much less χ² falls with it, over all logs.
     pub behind: f64,
     /// The log tells the two apart.
     pub told_apart: bool,
-    /// Evidence against it, beside which errors of the form of laws are noise.
+    /// Evidence against it, scaled so that errors of form count as noise does.
     #[serde(skip)]
     pub evidence: f64,
-    /// Further effects from which the log does not tell the named one: of a motion in one direction a dry friction is an offset.
+    /// Further effects from which the log does not tell the named one: in a motion in one direction a dry friction is an offset.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub ties: Vec<Tie>,
 }
 
 impl RunnerUp {
-    /// What it is, and in which place.
+    /// The rival and its place, in words.
     pub fn in_words(&self) -> String {
         format!("{} in the place of {}", self.effect, self.of)
     }
@@ -143,7 +143,7 @@ impl RunnerUp {
         }
     }
 
-    /// With another that has the same place.
+    /// Adds another rival in the same place to its ties.
     pub(super) fn join(&mut self, other: Self) {
         self.ties.push(Tie {
             effect: other.effect,
@@ -152,7 +152,7 @@ impl RunnerUp {
         });
     }
 
-    /// Evidence against all that may be in the place of the named one, each as likely as its own says.
+    /// Evidence against all rivals in this place together: the sum of their odds.
     pub(super) fn against(&self) -> f64 {
         let each = self.ties.iter().map(|tie| tie.evidence);
         let odds = each.chain([self.evidence]).map(|e| (-0.5 * e).exp());
@@ -182,19 +182,19 @@ pub struct Tie {
 /// An experiment that would tell winner and runner-up apart.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Experiment {
-    /// What to do, for a person.
+    /// What to do, in words.
     pub sentence: String,
-    /// 2 Δ log L to expect between the two on this log.
+    /// 2 Δ log L between the two on these logs.
     pub separation_now: f64,
-    /// The same with the experiment on the simulated rig, if it was rehearsed there.
+    /// The same to be expected with the experiment, if it was rehearsed on the simulated rig.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub separation_then: Option<f64>,
-    /// The experiment on the simulated rig, at once; empty if there is none.
+    /// A command that runs the experiment on the simulated rig; empty if there is none.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub command: String,
 }
 
-/// Where an error shows that nothing accounts for, or that the effects account for.
+/// A window in which an error shows that is unexplained, or that the named effects explain.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Region {
     /// Channel.
@@ -205,12 +205,12 @@ pub struct Region {
     pub from_s: f64,
     /// End, s.
     pub to_s: f64,
-    /// What explains when it shows, in words.
+    /// What happens in this window, in words.
     pub regime: String,
 }
 
-/// The largest evidence of any effect that may be named, by the stage that tests it; named from
-/// a limit on. None where nothing was tested, or gained enough to be looked at closely.
+/// The largest evidence of any effect that may be named, by the stage that tests it. `None` where nothing was tested, or nothing
+/// gained enough to be refined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct StrongestEvidence {
     /// Between sent and executed velocity.
@@ -221,7 +221,7 @@ pub struct StrongestEvidence {
     pub body: Option<f64>,
 }
 
-/// The noise that a log shows against its data sheet.
+/// The noise that a log shows, and that of the data sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct NoiseFloor {
     /// Channel.
@@ -230,18 +230,18 @@ pub struct NoiseFloor {
     pub axis: Axis,
     /// Standard deviation that the log shows, SI.
     pub measured: f64,
-    /// The data sheet's.
+    /// Standard deviation by data sheet, SI.
     pub data_sheet: f64,
 }
 
-/// Another effect that is the same as some of the named ones together.
+/// Effects that are equivalent to some of the named ones together.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Equivalent {
     /// Ids of the named ones.
     pub of: Vec<String>,
-    /// The other effect with its parameters.
+    /// The equivalent effects with their parameters.
     pub parameters: Parameters,
-    /// For a person.
+    /// What is equivalent to what, in words.
     pub sentence: String,
 }
 
@@ -250,7 +250,7 @@ pub struct Equivalent {
 pub struct Diagnosis {
     /// What is missing, in a sentence or two.
     pub sentence: String,
-    /// How it ends.
+    /// The verdict.
     pub verdict: Verdict,
     /// Ids of the named effects, the largest share of the error first.
     pub effects: Vec<String>,
@@ -258,43 +258,43 @@ pub struct Diagnosis {
     pub probability: BTreeMap<String, f64>,
     /// Their parameters.
     pub parameters: Parameters,
-    /// Nominal parameters within their tolerances about which the logs say something.
+    /// Nominal parameters about which the logs say something, by name.
     pub nominal: BTreeMap<String, Nominal>,
-    /// What is left.
+    /// What is left without a name.
     pub remainder: Remainder,
     /// Ids of effects about which the logs disagree.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub disagreeing: Vec<String>,
-    /// The same in other words, which no log can tell apart.
+    /// Effects that are equivalent to named ones, if there are any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub equivalent: Option<Equivalent>,
     /// Error before and after.
     pub residual_rms_sigma: BeforeAfter,
-    /// The error's fall, effect by effect.
+    /// The fall of the error, effect by effect.
     pub steps: Vec<Step>,
     /// The closest rival.
     pub runner_up: Option<RunnerUp>,
-    /// What else the logs do not tell from the other named effects, each in [`RunnerUp::of`].
+    /// Rivals of the other named effects ([`RunnerUp::of`]) that the logs do not tell from these.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub further_ties: Vec<RunnerUp>,
-    /// What would tell the two apart.
+    /// The experiment that would tell the runner-up from the named effect.
     pub experiment: Option<Experiment>,
     /// Where the error shows: what is left if it is unexplained, else what was explained.
     #[serde(rename = "where")]
     pub regions: Vec<Region>,
-    /// Partial matches and phenomenological shapes: never a name, but a hint.
+    /// Partial matches and general curves (phenomenological shapes): hints, and never names.
     pub looks_like: Vec<String>,
     /// Hypotheses, the likeliest first.
     pub ranked: Vec<Ranked>,
-    /// How much the logs say for the strongest of them, named or not.
+    /// The largest evidence of each stage, whether that effect is named or not.
     pub strongest_evidence: StrongestEvidence,
     /// Noise floor per channel and axis.
     pub noise: Vec<NoiseFloor>,
-    /// What the reader should know.
+    /// Notes for the reader.
     pub notes: Vec<String>,
     /// Whether unseen data was given; else the end of the log was held back.
     pub unseen: bool,
-    /// The error is told of the logs of the fit, as there are no others and their ends move too little to be held back.
+    /// The error is that on the logs of the fit, as there are no others and their ends move too little to be held back.
     pub in_sample: bool,
     /// Why the parameters are those of all logs, the unseen ones among them, if they are.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -304,7 +304,7 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
-    /// Takes the parameters as those of all logs, for a reason.
+    /// States that the parameters are those of all logs, and why.
     pub(crate) fn is_of_all_logs(&mut self, why: String) {
         let test = if self.unseen {
             "those of --test"
@@ -318,7 +318,7 @@ impl Diagnosis {
         self.of_all_logs = Some(why);
     }
 
-    /// From now on they are those of the logs of the fit.
+    /// States that the parameters are those of the logs of the fit.
     pub(crate) fn is_of_fit(&mut self) {
         self.of_all_logs = None;
         self.notes.retain(|note| !note.starts_with(OF_ALL_LOGS));
@@ -330,7 +330,7 @@ mod tests {
     use super::super::evidence::probability;
     use super::*;
 
-    /// Of a motion in one direction: four that do the same share what the catalogue has at all.
+    /// In a motion in one direction four effects do the same, and share the probability that the catalogue contains it at all.
     #[test]
     fn what_is_not_told_from_three_others_is_a_quarter() {
         let tie = |effect: &str, behind: f64| Tie {

@@ -1,4 +1,4 @@
-//! Which physical effect is missing?
+//! Diagnosis: which physical effect is missing in a model?
 //!
 //! `diagnose` tests every effect of the catalogue as a hypothesis about all logs together, by
 //! simulation where a regression can't (delays, pauses, limits, timing), and ends in one of five
@@ -12,14 +12,13 @@
 //! 5. `body`: does the rig's model of the spacecraft differ from the user's?
 //! 6. `prediction_error`: how much of the error on unseen data goes, and with which parameters most?
 //! 7. `noise`: is what remains noise?
-//! 8. `answer`: the verdict, what else the logs would allow, and what is said of it.
+//! 8. `answer`: the verdict, rivals that the logs allow as well, and notes.
 //!
-//! Where the recorded velocity is the difference of poses, the clock is in both of them. Then
-//! `stages`, which runs 1 to 5 in this order, goes through 1 to 4 once more with an error of the clock in
-//! the place of the stage of the actuator that it looks like.
+//! Where the recorded velocity is the difference of poses, an error of the clock shows in both. Then `stages`, which runs 1 to 5
+//! in this order, goes through 1 to 4 once more with an error of the clock in the place of the actuator stage that looks like it.
 //!
-//! What an effect has to bring is said in `evidence`. Nominal parameters may move within their
-//! tolerances in every hypothesis; those that would have to move further are findings themselves.
+//! What evidence an effect needs is defined in `evidence`. Nominal parameters may move within their tolerances in every
+//! hypothesis; those that would have to move further are findings themselves.
 
 mod actuator;
 mod answer;
@@ -59,7 +58,7 @@ use std::time::Instant;
 use watch::Watch;
 use wrench::finding::WrenchFinding;
 
-/// A diagnosis with what its report draws.
+/// A diagnosis, and what its report draws.
 #[derive(Clone, Debug)]
 pub struct Report {
     /// What was found.
@@ -72,10 +71,9 @@ pub struct Report {
     pub after_prediction: Prediction,
 }
 
-/// Diagnoses what a model lacks. All logs together decide what is missing; its parameters are those
-/// of the logs `train`, and errors are those on `test`, which the parameters have not seen. Without
-/// `test` the ends of the others are held back. `progress` is told the share that is done, and what
-/// is being done.
+/// Diagnoses what a model lacks. All logs together decide what is missing. Its parameters are those of the logs `train`, and
+/// errors are those on `test`, which the parameters have not seen. Without `test` the ends of the others are held back.
+/// `progress` is called with the share that is done and the present step.
 ///
 /// # Errors
 ///
@@ -90,8 +88,8 @@ pub fn diagnose(
     ask(model, train, test, &Question::default(), progress)
 }
 
-/// [`diagnose`] for somebody who follows it: `tried` is told each hypothesis when it is tried. Either
-/// of the two may end the diagnosis by unwinding ([`std::panic::resume_unwind`]).
+/// [`diagnose`] with a caller that follows it: `tried` is called with each hypothesis when it is tried. Either of the two
+/// callbacks may end the diagnosis by unwinding ([`std::panic::resume_unwind`]).
 ///
 /// # Errors
 ///
@@ -110,8 +108,7 @@ pub fn diagnose_watched(
     ask(model, train, test, &question, progress)
 }
 
-/// Fits one effect, beside those that the model has already. `forced`: also if the data hardly
-/// shows it.
+/// Fits one effect beside those that the model has already. `forced`: even if the data hardly show it.
 ///
 /// # Errors
 ///
@@ -161,8 +158,8 @@ pub(crate) fn ensure_lacks(model: &Model, id: &str) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Why the fall of χ² over so many rows does not suffice: by what a name takes of evidence and of the price of its parameters,
-/// of which the search counts the rows that it has looked at.
+/// Why the fall of χ² over this many rows does not suffice: it is compared with the evidence that a name needs and the price of
+/// the parameters. The search counts only the rows that it has looked at, so the price is approximate.
 fn too_little(id: &str, ranked: &Ranked, rows: usize) -> String {
     let cost = evidence::threshold(0.0)
         + evidence::prior()
@@ -185,7 +182,7 @@ fn too_little(id: &str, ranked: &Ranked, rows: usize) -> String {
     )
 }
 
-/// What else it may be.
+/// A hint at effects that are confused with this one; empty if there are none.
 fn confused_with(id: &str) -> String {
     let others =
         softdock_physics::effects::by_id(id).map_or(&[][..], |effect| effect.confused_with);
@@ -195,8 +192,8 @@ fn confused_with(id: &str) -> String {
     }
 }
 
-/// Fits effects together, in the forms that suit these logs best: a diagnosis that knows no others. What does not pay is
-/// not in the answer; `asked`: what does is, whatever else there is.
+/// Fits effects together, in the forms that suit these logs best: a diagnosis that knows no other effects. Effects that are not
+/// worth their price are left out of the answer. `asked`: those that are worth it are named, whatever else is missing.
 ///
 /// # Errors
 ///
@@ -240,7 +237,7 @@ fn ask(
         Logs::new(train.to_vec(), test.to_vec())
     };
     let cut = stretches::between_gaps(model, &whole);
-    // Nor are the stretches of a log asked whether they are of one machine.
+    // Stretches of one log are not asked whether they are of one machine.
     let of_one_log = cut.is_some() || are_of_one_log(whole.train(), &whole.all[whole.fitted..]);
     let question = &Question {
         of_one_log,
@@ -281,8 +278,9 @@ fn ask(
     })
 }
 
-/// What is concluded from the stages. Of ties the answer is the first that is [better](Foresight::is_better_than) with the forms and
-/// intervals that a search among its effects finds; of logs that disagree none foretells another.
+/// Runs the stages and draws the conclusion. Then each tie is searched among its own effects, and the first one that is
+/// [better](Foresight::is_better_than) than the answer takes its place. Not where logs disagree, as none of these foretells
+/// another.
 fn concluded(
     model: &Model,
     recordings: &Logs<&Recording>,
@@ -321,7 +319,7 @@ fn concluded(
             let errors = Errors::of_predictions(&one.predictions);
             Foresight::new(&one.after, errors, recordings.test())
         });
-        // What moves better takes no name away that it does not foretell better.
+        // A tie whose simulated motion is better may not take a name away unless its error at each instant is smaller, too.
         let may = explains(&other) || !explains(&outcome) || then.foretells_better_than(&now);
         if may && then.is_better_than(&now) {
             return Ok((other_stages, other));
@@ -330,7 +328,8 @@ fn concluded(
     Ok((stages, outcome))
 }
 
-/// What a comparison says of the model with what is named, on the log of the fit and the unseen one with the largest error.
+/// Notes with what a comparison says of the model with the named effects: on the log of the fit and the unseen log with the
+/// largest error each.
 fn left_on_each(outcome: &Outcome, recordings: &Logs<&Recording>) -> anyhow::Result<Vec<String>> {
     let (diagnosis, predictions) = (&outcome.diagnosis, &outcome.predictions);
     let of = |recordings: &[&Recording], predictions: &[Prediction], name: &str| {
@@ -365,7 +364,7 @@ fn left_on_each(outcome: &Outcome, recordings: &Logs<&Recording>) -> anyhow::Res
     each.into_iter().collect()
 }
 
-/// Whether more than details of its form is left of the reading.
+/// Whether more than errors of form is left of the reading.
 fn much_is_left(found: &WrenchFinding) -> bool {
     let accepted = found.found.accepted.as_ref();
     accepted.is_some_and(|accepted| found.prepared.has_much_left(accepted.gain))

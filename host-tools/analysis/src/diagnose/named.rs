@@ -1,4 +1,4 @@
-//! An effect that is named: as it goes into a model file, with what is known of its parameters.
+//! A named effect, as it goes into a model file, with the estimates of its parameters.
 
 use super::actuator::Term;
 use super::evidence::{Foretold, Support};
@@ -15,13 +15,13 @@ use std::collections::BTreeMap;
 /// An accepted effect.
 #[derive(Clone, Debug)]
 pub(crate) struct Named {
-    /// As it goes into the model file.
+    /// The entry of the model file.
     pub effect: EffectModel,
-    /// Its parameters with units and intervals.
+    /// Its fitted parameters with units and intervals, by name.
     pub estimates: BTreeMap<String, Estimate>,
-    /// What speaks for it.
+    /// The evidence for it.
     pub support: Support,
-    /// See [`Fitted`].
+    /// See [`Fitted::foretold`].
     pub foretold: Foretold,
 }
 
@@ -39,7 +39,7 @@ impl Named {
         }
     }
 
-    /// Whether its intervals say more than that it may not be there.
+    /// Whether its intervals exclude that it is absent.
     pub(crate) fn is_told(&self, model: &Model) -> bool {
         let is_sure = |name: &str| {
             let estimate = self.estimates.get(name);
@@ -48,13 +48,13 @@ impl Named {
         LoadEffect::find(model, &self.effect.id).is_none_or(|effect| effect.is_told(is_sure))
     }
 
-    /// Whether the intervals of all its parameters hold 0.
+    /// Whether the intervals of all its parameters include 0.
     pub(crate) fn may_be_0(&self) -> bool {
         let mut all = self.estimates.values();
         all.len() > 0 && all.all(|e| e.low * e.high <= 0.0)
     }
 
-    /// Whether the intervals of all its amounts hold 0, whatever a shape of it says.
+    /// Whether the intervals of all its amounts include 0, whatever its shapes are.
     pub(crate) fn amounts_may_be_0(&self, model: &Model) -> bool {
         let Some(effect) = LoadEffect::find(model, &self.effect.id) else {
             return false;
@@ -69,13 +69,14 @@ impl Named {
         Self { support, ..self }
     }
 
-    /// Adds a fitted parameter.
+    /// Adds a fitted parameter with its standard deviation.
     pub(crate) fn with(self, name: &str, (value, sigma): (f64, f64), unit: &str) -> Self {
         let reach = DEVIATIONS_95 * sigma;
         self.within(name, value, [value - reach, value + reach], unit)
     }
 
-    /// Unseen data are foretold so many times worse without it: where it has one parameter, that bounds it.
+    /// Without this effect the error on unseen data is `worse` times as large. If it has a single parameter, that bounds its
+    /// interval.
     pub(crate) fn foretells(&mut self, worse: f64) {
         let [(name, estimate)] = &self.estimates.iter().collect::<Vec<_>>()[..] else {
             return;
@@ -91,7 +92,7 @@ impl Named {
         };
     }
 
-    /// The same with the ends of its interval.
+    /// Adds a fitted parameter with the ends of its interval.
     pub(crate) fn within(mut self, name: &str, value: f64, interval: [f64; 2], unit: &str) -> Self {
         self.effect.parameters.insert(name.to_owned(), value);
         self.effect.interval_95.insert(name.to_owned(), interval);
@@ -107,7 +108,7 @@ impl Named {
         self
     }
 
-    /// Adds the parameters of a term of the actuator, with the ends of their intervals: for each kind of axis that it has.
+    /// Adds the parameters of an actuator term with their intervals; if the term acts on translations and on rotations, for both.
     pub(crate) fn with_term(mut self, term: &Term, intervals: &[[f64; 2]]) -> Self {
         let turns = term.axes.iter().skip(3).any(|a| *a);
         let kinds: &[bool] = match term.axes.iter().take(3).any(|a| *a) {
@@ -128,7 +129,7 @@ impl Named {
         self
     }
 
-    /// With the values of another fit, and intervals that hold what both say; `anew`: those of that fit alone.
+    /// With the values of another fit. The intervals cover those of both fits; with `anew`, of the other fit only.
     pub(crate) fn refitted(mut self, model: &Model, fitted: &EffectModel, anew: bool) -> Self {
         let estimates = std::mem::take(&mut self.estimates);
         for (name, before) in estimates {
@@ -146,7 +147,7 @@ impl Named {
         self.bounded(model)
     }
 
-    /// From now on the intervals hold those of another answer, too.
+    /// Widens its intervals so that they cover those of another answer.
     pub(crate) fn hold(&mut self, other: &Self) {
         for (name, estimate) in &mut self.estimates {
             let Some(theirs) = other.estimates.get(name) else {
@@ -159,7 +160,8 @@ impl Named {
         }
     }
 
-    /// The same with a friction that turns round over a speed, rad/s or m/s, and over no distance; none if it cannot.
+    /// The same with a friction that changes sign over a range of speed, m/s or rad/s, and not over a distance. `None` if it has
+    /// no such shape, or the speed is not plausible for it.
     pub(crate) fn turning_over(mut self, model: &Model, speed: f64) -> Option<Self> {
         let effect = LoadEffect::find(model, &self.effect.id)?;
         let mut sizes = effect.parameters.iter().filter(|p| p.is_form_size());
@@ -171,7 +173,7 @@ impl Named {
         Some(self.choosing(over.name, speed))
     }
 
-    /// Adds a parameter that is a choice: it has no interval. The usual choice is left out.
+    /// Adds a parameter that is a choice and has no interval. The default, 0, is left out.
     pub(crate) fn choosing(mut self, name: &str, value: f64) -> Self {
         if value != 0.0 {
             self.effect.parameters.insert(name.to_owned(), value);
@@ -179,8 +181,8 @@ impl Named {
         self
     }
 
-    /// What was chosen for it and has no interval, such as the number of a leg, in words; none if everything is fitted. Where on a
-    /// tool a force acts is a question of a rig: an axis has one point.
+    /// A sentence with the parameters that were chosen and have no interval, such as the number of a leg. `None` if all are
+    /// fitted. The point of a tool where a force acts is mentioned for a rig only, as a single axis has one point.
     pub(crate) fn choice(&self, of_a_rig: bool) -> Option<String> {
         let EffectModel { id, parameters, .. } = &self.effect;
         let chosen = parameters
@@ -202,9 +204,9 @@ impl Named {
         (!chosen.is_empty()).then(|| format!("Of `{id}` these logs choose {}.", chosen.join(", ")))
     }
 
-    /// Shapes, such as a time constant, that stand where a search ends, in words; none if there are none.
+    /// A sentence with the shapes (a time constant, say) that stand at an end of their searched range; `None` if there are none.
     pub(crate) fn at_its_end(&self, joint: &Joint) -> Option<String> {
-        /// Part of an end that is the end.
+        /// Share of an end from which a value is at that end.
         const END: f64 = 0.99;
         let effect = LoadEffect::find(&joint.logs.first()?.scene.model, &self.effect.id)?;
         let ends = self.estimates.iter().filter_map(|(name, estimate)| {
@@ -242,8 +244,7 @@ impl Named {
         })
     }
 
-    /// Ends each interval where its parameter's range ends: a curvature knows nothing of a time
-    /// constant that cannot be negative.
+    /// Limits each interval to the range of its parameter: a curvature does not know that a time constant cannot be negative.
     pub(crate) fn bounded(mut self, model: &Model) -> Self {
         let Ok(effect) = model.effect(&self.effect.id) else {
             return self;
@@ -262,7 +263,7 @@ impl Named {
     }
 }
 
-/// A fitted effect on the reading as it stands in a model file.
+/// A fitted effect on the reading, as an entry of a model file.
 pub(crate) fn model_of(fitted: &Fitted) -> EffectModel {
     of_reading(fitted).effect
 }
@@ -294,7 +295,7 @@ pub(crate) fn with_effects<'a>(model: &Model, named: impl Iterator<Item = &'a Na
 mod tests {
     use super::*;
 
-    /// Of a limit of rotations and of a friction of a joint, too, which have names of their own.
+    /// Also for a limit of rotations and for the friction of a joint, whose parameters have names of their own.
     #[test]
     fn an_interval_ends_where_the_range_of_its_parameter_ends() {
         let mut model = Model::default();
@@ -311,7 +312,7 @@ mod tests {
         }
     }
 
-    /// A drift whose time constant is known and whose size may be nothing.
+    /// A drift whose time constant is known, while its size may be 0.
     #[test]
     fn a_shape_that_is_told_makes_no_amount() {
         let model = Model::default();

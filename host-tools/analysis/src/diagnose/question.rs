@@ -1,4 +1,4 @@
-//! What is asked of the stages.
+//! The options of a diagnosis, as the stages get them.
 
 use super::catalogue::{has, is_of_the_tool};
 use super::watch::Watch;
@@ -6,38 +6,38 @@ use super::wrench::{Smooth, Tested};
 use softdock_physics::model::{Model, WrenchMeaning};
 use std::sync::Arc;
 
-/// What is asked of the stages.
+/// The options of a diagnosis.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Question<'a> {
     /// Only this effect is tried.
     pub only: Option<&'a str>,
-    /// Take the best fit of it although it is not significant.
+    /// Take the best fit even if it is not significant.
     pub forced: bool,
-    /// Only these are tried.
+    /// Only these effects are tried.
     pub among: Option<&'a [String]>,
-    /// A user asked for these, and gets them whatever else there is.
+    /// The user asked for these effects, and gets them whatever else is missing.
     pub asked: bool,
-    /// These are not tried.
+    /// These effects are not tried.
     pub without: &'a [String],
-    /// Curves that fit many mechanisms are tried, too.
+    /// General curves, which fit many mechanisms, are tried, too.
     pub shapes: bool,
-    /// All are tried beside this remainder.
+    /// All effects are tried beside this remainder.
     pub beside: Option<&'a Arc<Smooth>>,
-    /// Nothing is searched: others are tried in the place of each effect of this answer.
+    /// Instead of a search: other effects are tried in the place of each effect of this answer.
     pub in_place_of: Option<&'a Tested>,
-    /// All logs are parts of one, of which it makes no sense to say that they are of different machines.
+    /// All logs are parts of one log, so it is not asked whether they are of different machines.
     pub of_one_log: bool,
-    /// Is told each hypothesis that was tried.
+    /// Receives each hypothesis when it is tried.
     pub watch: Watch<'a>,
 }
 
 impl Question<'_> {
-    /// Whether curves that fit many mechanisms are tried.
+    /// Whether general curves are tried.
     pub(super) fn tries_shapes(&self) -> bool {
         self.shapes || self.is_asked()
     }
 
-    /// Whether a user asked for what is tried.
+    /// Whether a user asked for the effects that are tried.
     pub(super) fn is_asked(&self) -> bool {
         self.only.is_some() || self.asked
     }
@@ -48,8 +48,8 @@ impl Question<'_> {
         self.only == Some(id) || among.iter().any(|one| one == id)
     }
 
-    /// Whether an effect is tried for a model. Of a free swing the mass and the inertia are those of the model: all else is in proportion to
-    /// them.
+    /// Whether an effect is tried for a model. In a free swing errors of mass and inertia are not tried: all forces are in
+    /// proportion to those of the model.
     pub(super) fn tries(&self, model: &Model, id: &str) -> bool {
         let among = self
             .among

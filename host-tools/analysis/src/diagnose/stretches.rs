@@ -1,4 +1,4 @@
-//! Which part of its logs a diagnosis looks at.
+//! Selects the part of its logs that a diagnosis uses.
 
 use super::logs::Logs;
 use crate::held_back::{is_commanded, motion, part};
@@ -8,19 +8,20 @@ use softdock_physics::model::log::stretches;
 use softdock_physics::model::prediction::signals::Signals;
 use std::ops::Range;
 
-/// Rows of all logs together of which no more are looked at; short logs stay whole. Time and memory grow with them: two logs of
-/// 50,000 rows take about 45 s of processor time. Four times as many rows make intervals half as wide.
+/// Most rows of all logs together; short logs stay whole. Time and memory grow with them: two logs of 50,000 rows take about 45 s
+/// of processor time. Four times as many rows make intervals half as wide.
 const MOST_ROWS: usize = 100_000;
-/// Stretches of a long log of which the one that moves most is looked at.
+/// Stretches of a long log among which the one that moves most is chosen.
 const STRETCHES: usize = 8;
 
-/// The stretch of each log that moves most, of logs that together are longer than a diagnosis looks at.
+/// The stretch of each log that moves most; `None` if all logs together have no more than [`MOST_ROWS`].
 pub(super) fn of_long(logs: &Logs<&Recording>) -> Option<Logs<Recording>> {
     let longest = longest(&logs.all)?;
     Some(logs.map(|log| part(log, liveliest(log, longest))))
 }
 
-/// Rows up to which a log is looked at whole, so that all together have no more than [`MOST_ROWS`]; None if they have anyway.
+/// The number of rows up to which a log stays whole, so that all together have no more than [`MOST_ROWS`]; `None` if they have no
+/// more anyway.
 fn longest(logs: &[&Recording]) -> Option<usize> {
     let mut counts: Vec<usize> = logs.iter().map(|log| log.cycles.len()).collect();
     counts.sort_unstable();
@@ -35,9 +36,9 @@ fn longest(logs: &[&Recording]) -> Option<usize> {
     None
 }
 
-/// Logs that gaps cut, as logs of what lies between these: the longest stretches, in their order. None where one stretch is nearly
-/// all of each, where each row is a measurement of its own, and where a gap is not all that there is between two stretches: a rig
-/// begins a new run, and a mechanism holds what it has caught.
+/// Logs that are cut at their gaps: the longest stretches between gaps, in their order, each as a log of its own. `None` where
+/// one stretch is nearly all of each log, where each row is a measurement of its own, and where a gap separates more than
+/// stretches: a rig begins a new run, and a docking mechanism keeps what it has caught.
 pub(super) fn between_gaps(model: &Model, logs: &Logs<&Recording>) -> Option<Logs<Recording>> {
     let cut: Vec<Option<Vec<Range<usize>>>> = logs.all.iter().map(|log| cut(log)).collect();
     let of_a_rig = |log: &&Recording| !log.header.settings_toml.trim().is_empty();
@@ -55,16 +56,16 @@ pub(super) fn between_gaps(model: &Model, logs: &Logs<&Recording>) -> Option<Log
     Some(Logs::new(fitted, each.flatten().collect()))
 }
 
-/// The stretches of a log that are looked at, if one is not nearly all of it.
+/// The stretches of a log that are used; `None` if the longest is nearly all of it.
 fn cut(log: &Recording) -> Option<Vec<Range<usize>>> {
-    /// Share of the rows from which the longest stretch is the log. Set by hand, as are the following.
+    /// If the longest stretch has this share of the rows, the log is not cut. Set by hand, as are the following.
     const WHOLE: f64 = 0.8;
-    /// Stretches of a log at most: time grows with them.
+    /// Most stretches of a log, as time grows with their number.
     const MOST: usize = 8;
-    /// Shortest one as a share of the longest.
+    /// Shortest stretch, as a share of the longest.
     const SHORTEST: f64 = 0.25;
     let mut all = stretches(&Signals::new(log).ok()?);
-    // Where nothing is sent nothing is said of a drive.
+    // A stretch in which nothing is sent says nothing about a drive.
     let commanded = is_commanded(&log.cycles);
     all.retain(|stretch| !commanded || is_commanded(&log.cycles[stretch.clone()]));
     all.sort_by_key(|stretch| std::cmp::Reverse(stretch.len()));
@@ -75,7 +76,7 @@ fn cut(log: &Recording) -> Option<Vec<Range<usize>>> {
     (longest < WHOLE * log.cycles.len() as f64).then_some(all)
 }
 
-/// What is said of logs that gaps cut.
+/// The note about logs that are cut at gaps.
 pub(super) fn note_of_gaps(whole: &Logs<&Recording>, looked_at: &Logs<&Recording>) -> String {
     format!(
         "Gaps cut the logs: of {} rows {} were looked at, in {} stretches, the longest ones, each as a log of its own; whether they are of \
@@ -86,7 +87,7 @@ pub(super) fn note_of_gaps(whole: &Logs<&Recording>, looked_at: &Logs<&Recording
     )
 }
 
-/// What is said of it.
+/// The note about logs of which stretches are used.
 pub(super) fn note(whole: &Logs<&Recording>, looked_at: &Logs<&Recording>) -> String {
     format!(
         "Of {} rows {} were looked at, in each log the stretch that moves most; errors are those of these rows. \
@@ -100,7 +101,7 @@ fn rows(logs: &[&Recording]) -> usize {
     logs.iter().map(|log| log.cycles.len()).sum()
 }
 
-/// The rows of a log, at most so many, that move most.
+/// The rows of a log, at most `longest`, that move most.
 fn liveliest(log: &Recording, longest: usize) -> Range<usize> {
     let count = log.cycles.len();
     let length = longest.min(count);
@@ -117,7 +118,7 @@ mod tests {
     use super::*;
     use softdock_app::record::CycleRecord;
 
-    /// Three quarters at rest, then a motion.
+    /// A log that rests for three quarters and then moves.
     fn log(rows: usize) -> Recording {
         let cycle = |n: usize| {
             let mut cycle = CycleRecord::default();
@@ -169,7 +170,8 @@ mod tests {
         }
     }
 
-    /// Two long stretches of three, in their order, and of a drive only that in which anything is sent; a log without gaps stays whole.
+    /// Of three stretches the two long ones are used, in their order, and for a drive only the one in which anything is sent; a
+    /// log without gaps stays whole.
     #[test]
     fn stretches_between_gaps_are_logs_of_their_own() {
         let model = Model::from_toml("", "model.toml").expect("all has defaults");

@@ -1,13 +1,13 @@
-//! Who follows the search for an answer.
+//! A listener that follows the search for an answer.
 
 use super::finding::Trial;
 
-/// Somebody who follows a search. Searches run on several threads, and tell from each of them.
+/// A listener for hypotheses. Searches run on several threads, and call it from each of them.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Watch<'a>(pub Option<&'a (dyn Fn(&Trial) + Sync)>);
 
 impl Watch<'_> {
-    /// Tells a hypothesis, if somebody listens.
+    /// Reports a hypothesis if there is a listener.
     pub(super) fn tell(self, trial: impl FnOnce() -> Trial) {
         if let Some(told) = self.0 {
             told(&trial());

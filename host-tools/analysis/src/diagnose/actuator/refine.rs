@@ -5,7 +5,7 @@ use super::grid::{place, place_of};
 use super::tried::{Spec, plateau_step, specs};
 use softdock_physics::optimise::{lowest_valley, nelder_mead};
 
-/// Improves the parameters of terms, starting from their present values. χ² does not rise.
+/// Improves the parameters of terms, starting from their present values.
 pub(super) fn refined(terms: Vec<Term>, logs: &Cost<'_>) -> Vec<Term> {
     improved(terms, logs, &|terms| logs.of(terms))
 }

@@ -1,8 +1,8 @@
-//! The clock of the log: do its cycles last as long as it says?
+//! The clock of the log: whether its cycles last as long as the log says.
 //!
-//! Where velocity and pose are measured apart, the displacement between two poses is velocity times the
-//! true duration of the cycle. A duration that varies by s_t adds v² s_t² to the variance of
-//! `dp − v Ts`, and nothing where the rig stands still; no other effect does that.
+//! Where velocity and pose are measured separately, the displacement between two poses is the velocity times the true duration of
+//! the cycle. A duration with standard deviation s_t adds v² s_t² to the variance of `dp − v Ts`, and nothing where the rig
+//! stands still. No other effect does that.
 
 pub(crate) mod timed_logs;
 
@@ -17,17 +17,17 @@ use std::f64::consts::SQRT_2;
 
 /// 2 Δ log L above which the clock jitters (quiet clocks stay below 10).
 pub(super) const SIGNIFICANT: f64 = 40.0;
-/// 2 Δ log L above which rate or offset of the clock are wrong.
+/// 2 Δ log L above which rate or offset of the clock are called wrong.
 const SIGNIFICANT_LINEAR: f64 = 40.0;
 
 /// The unmodelled error of the clock.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ClockFinding {
-    /// Standard deviation of the duration of a cycle, s, and the gain in χ² over all logs.
+    /// Scatter of the durations of cycles.
     pub jitter: Option<Jitter>,
-    /// Relative error, with its deviation.
+    /// Relative error of all durations, and its standard deviation.
     pub rate: Option<(f64, f64)>,
-    /// Offset of the pose, s, with its deviation.
+    /// Offset of the pose, s, and its standard deviation.
     pub offset_s: Option<(f64, f64)>,
 }
 
@@ -36,12 +36,11 @@ pub(crate) struct ClockFinding {
 pub(crate) struct Clock {
     /// Standard deviation of the duration of a cycle, s.
     pub duration_s: f64,
-    /// Its own deviation, s.
+    /// Standard deviation of that estimate, s.
     pub sigma_s: f64,
-    /// Correlation of a duration with the one before: −1/2 where every instant scatters by itself, 0 where
-    /// every duration does.
+    /// Correlation of a duration with the one before: −1/2 where each instant scatters independently, 0 where each duration does.
     pub correlation: f64,
-    /// 2 Δ log L of the jitter.
+    /// 2 Δ log L for jitter.
     pub jitter_gain: f64,
     /// Relative error of the duration of all cycles, with its standard deviation.
     pub rate: (f64, f64),
@@ -56,17 +55,17 @@ pub(crate) struct Jitter {
     pub scatter: Scatter,
     /// Standard deviation of the estimate, s.
     pub sigma_s: f64,
-    /// 2 Δ log L of it.
+    /// 2 Δ log L for it over all logs.
     pub gain: f64,
 }
 
 impl Clock {
-    /// Whether the log says anything: one whose velocity is the difference of its poses does not.
+    /// Whether the log tests the clock. It does not if its velocity is the difference of its poses.
     pub(crate) fn says_something(&self) -> bool {
         self.rate.1 > 0.0
     }
 
-    /// What several logs of one clock say together: of rate and offset each by how well it knows them, of the jitter all alike.
+    /// Combines logs of one clock: rate and offset weighted by inverse variance, jitter with equal weights.
     pub(crate) fn common(all: &[Self]) -> Self {
         let said: Vec<&Self> = all.iter().filter(|clock| clock.says_something()).collect();
         let count = said.len().max(1) as f64;
@@ -82,7 +81,7 @@ impl Clock {
         }
     }
 
-    /// How the instants scatter.
+    /// The scatter of the instants, with `gain` as evidence.
     pub(crate) fn jitter(&self, gain: f64) -> Jitter {
         let scatter = Scatter::of_durations(self.duration_s, self.correlation > -0.25);
         Jitter {
@@ -103,7 +102,7 @@ impl Clock {
     }
 }
 
-/// The mean of values by the inverse of their variances, with its standard deviation.
+/// The mean of values with weights of inverse variance, and its standard deviation; 0 and 0 if there are none.
 fn weighed(values: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
     let known = values.filter(|(_, sigma)| *sigma > 0.0);
     let (sum, weight) = known.fold((0.0, 0.0), |(sum, weight), (value, sigma)| {
@@ -121,7 +120,7 @@ fn beyond((value, sigma): (f64, f64), tolerance: f64) -> bool {
     variance > 0.0 && value * value / variance > SIGNIFICANT_LINEAR
 }
 
-/// Tests the clock; a log whose velocity is the difference of its poses says nothing.
+/// Tests the clock of one log; all 0 if the log cannot test it.
 pub(crate) fn test(model: &Model, log: &Log) -> Clock {
     if log.reading == Reading::Mean || log.cycle_count() < 50 || model.sensor.at_rest {
         return Clock::default();
@@ -144,13 +143,13 @@ pub(crate) fn test(model: &Model, log: &Log) -> Clock {
     let noise = (squares / errors.len() as f64).sqrt().max(sheet);
     Clock {
         duration_s,
-        // Errors of differences follow each other with a correlation of −1/2, which makes half of them worth
-        // less: Σ ρ² = 1.5.
+        // Errors of differences of poses have a correlation of −1/2 from one to the next, which makes them worth less: Σ ρ² =
+        // 1.5.
         sigma_s: 1.5_f64.sqrt() * found.sigma,
         correlation: correlation(&errors, axes.len(), duration_s),
         jitter_gain: found.gain,
         rate: slope(&errors, &|k| errors[k].1 * log.cycle_s, noise),
-        // Of any machine the reading shows it.
+        // On any other machine the reading shows the offset.
         offset_s: match log.of_a_rig {
             true => slope(&errors, &|k| -changes[k], noise),
             false => (0.0, 0.0),
@@ -158,7 +157,7 @@ pub(crate) fn test(model: &Model, log: &Log) -> Clock {
     }
 }
 
-/// Errors of the displacements of each cycle and axis, m, with the velocities, m/s, and the changes of these.
+/// For each cycle and axis: error of the displacement, m, and velocity, m/s; and the change of the velocity, m/s.
 fn displacements(log: &Log, axes: &[usize]) -> (Vec<(f64, f64)>, Vec<f64>) {
     let of_cycle = |n: usize| {
         let (way, velocity) = increments(log, n);
@@ -171,7 +170,7 @@ fn displacements(log: &Log, axes: &[usize]) -> (Vec<(f64, f64)>, Vec<f64>) {
     (1..log.cycle_count()).flat_map(of_cycle).unzip()
 }
 
-/// Error per unit of a regressor, with its deviation by the noise; 0 where the regressor is.
+/// Slope of the errors over a regressor, and its standard deviation by the noise; 0 and 0 where the regressor is 0.
 fn slope(errors: &[(f64, f64)], regressor: &dyn Fn(usize) -> f64, noise: f64) -> (f64, f64) {
     let (mut xx, mut xy) = (0.0, 0.0);
     for (k, (error, _)) in errors.iter().enumerate() {
@@ -184,8 +183,8 @@ fn slope(errors: &[(f64, f64)], regressor: &dyn Fn(usize) -> f64, noise: f64) ->
     }
 }
 
-/// Correlation of what scatters with the velocity from cycle to cycle: of each error and the next one of its
-/// axis, where the scatter is above the noise.
+/// Correlation from cycle to cycle of the scatter that is proportional to velocity: of each error and the next one on its axis,
+/// where the scatter exceeds the noise.
 fn correlation(errors: &[(f64, f64)], axes: usize, duration_s: f64) -> f64 {
     let quiet = errors.iter().map(|(e, v)| e * e - (duration_s * v).powi(2));
     let noise = (quiet.sum::<f64>() / errors.len() as f64).max(0.0);
@@ -201,33 +200,33 @@ fn correlation(errors: &[(f64, f64)], axes: usize, duration_s: f64) -> f64 {
     if sums.1 > 0.0 { sums.0 / sums.1 } else { 0.0 }
 }
 
-/// What scatters in proportion to the velocity in a log whose velocity is the difference of poses.
+/// Scatter in proportion to the velocity, in a log whose velocity is the difference of poses.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct PoseScatter {
     /// Standard deviation of the instants of the poses, s.
     pub scatter_s: f64,
-    /// Its own deviation, s.
+    /// Standard deviation of that estimate, s.
     pub sigma_s: f64,
-    /// 2 Δ log L of it.
+    /// 2 Δ log L for it.
     pub gain: f64,
 }
 
 impl PoseScatter {
-    /// Whether it is no chance.
+    /// Whether it is more than chance.
     pub(crate) fn is_significant(&self) -> bool {
         self.gain > SIGNIFICANT
     }
 }
 
-/// Looks for scattering instants in what terms of an actuator leave of a log. Second differences of
-/// the residual are third ones of the poses, which smooth errors of a model do not reach; of these
-/// every fourth has a draw of its own. What lies far outside is an edge, not a scatter.
+/// Looks for scattering instants of the poses in what actuator terms leave of a log. Second differences of the residual are third
+/// differences of the poses, which smooth errors of a model do not reach. Of these every fourth is independent. Values far
+/// outside are edges of the motion and no scatter.
 pub(crate) fn scatter(cost: &Cost<'_>, log: &LogCost<'_>, terms: &[Term]) -> PoseScatter {
-    /// Cycles between values that share no pose.
+    /// Cycles between values that have no pose in common.
     const APART: usize = 4;
-    /// Deviations that are an edge.
+    /// Multiples of the standard deviation from which a value is an edge.
     const EDGE: f64 = 4.0;
-    /// Variance of the second difference of a difference of poses, over that of the difference.
+    /// Ratio of the variance of a second difference of pose differences to that of one pose difference.
     const BY_DIFFERENCES: f64 = 10.0;
     if log.is_sampled() {
         return PoseScatter::default();
@@ -238,7 +237,7 @@ pub(crate) fn scatter(cost: &Cost<'_>, log: &LogCost<'_>, terms: &[Term]) -> Pos
         let residual = log.residual(&predicted, axis);
         let sigma = log.sheet_sigma[axis];
         let scale = 1.0 / (sigma * BY_DIFFERENCES.sqrt());
-        // A pose has half of the variance of a difference.
+        // The variance of a pose is half that of a difference of two.
         let per_second = SQRT_2 / (log.cycle_s() * sigma);
         let bends = residual.windows(3).zip(&predicted[1..]);
         let known = log.known();
@@ -263,18 +262,18 @@ pub(crate) fn scatter(cost: &Cost<'_>, log: &LogCost<'_>, terms: &[Term]) -> Pos
     }
 }
 
-/// All velocities later (negative: earlier) than the nominal actuator says.
+/// A delay by which all velocities are later than the nominal actuator says (negative: earlier).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct CommonDelay {
-    /// By how much, s, with its deviation.
+    /// The delay, s, and its standard deviation.
     pub late_s: (f64, f64),
-    /// χ² with it over all logs.
+    /// χ² over all logs with this delay.
     pub chi2: f64,
 }
 
-/// The best common delay of all axes, if it explains anything.
+/// The best common delay of all axes. `None` if it explains too little, or the velocities were measured.
 pub(crate) fn common_delay(logs: &Cost<'_>) -> Option<CommonDelay> {
-    /// Latest that is tried, s.
+    /// Longest delay that is tried, s.
     const LATEST_S: f64 = 0.06;
     /// Cells of the grid.
     const GRID: u32 = 24;
@@ -297,7 +296,7 @@ pub(crate) fn common_delay(logs: &Cost<'_>) -> Option<CommonDelay> {
     })
 }
 
-/// Error of the rate that a common factor of all velocities would mean, with its deviation.
+/// The rate error that would follow from a common factor of all velocities, and its standard deviation.
 pub(crate) fn proportion(cost: &Cost<'_>) -> (f64, f64) {
     let (mut xx, mut xy) = (0.0, 0.0);
     for axis in (0..6).filter(|axis| cost.active[*axis]) {
@@ -315,7 +314,7 @@ pub(crate) fn proportion(cost: &Cost<'_>) -> (f64, f64) {
     (xy / xx.max(1e-300), xx.max(1e-300).sqrt().recip())
 }
 
-/// What is found of a scatter in proportion to the velocity.
+/// Estimate of a scatter that is proportional to velocity.
 #[derive(Clone, Copy, Debug, Default)]
 struct Proportional {
     value: f64,
@@ -324,8 +323,9 @@ struct Proportional {
     gain: f64,
 }
 
-/// Likelihood ratio of `Var = s² + v² s_t²` against `s_t = 0`, s free in both but for the data sheet's noise, below which
-/// a measurement may be rounded or computed from the other one; the deviation of s_t from Fisher's information of both.
+/// Likelihood ratio of `Var = s² + v² s_t²` against `s_t = 0`. The noise s is free in both, but at least that of the data sheet,
+/// below which a measurement may be rounded or computed from the other one. The standard deviation of s_t follows from the Fisher
+/// information of both parameters.
 fn jitter(errors: &[(f64, f64)], sheet: f64) -> Proportional {
     let speed = errors.iter().fold(0.0_f64, |m, e| m.max(e.1.abs()));
     if speed <= 0.0 {
@@ -373,7 +373,7 @@ fn jitter(errors: &[(f64, f64)], sheet: f64) -> Proportional {
 mod tests {
     use super::*;
 
-    /// A log without a velocity of its own says nothing; of two that do the sharper one counts more.
+    /// A log without a measured velocity says nothing; of two that have one, the more precise one counts more.
     #[test]
     fn what_several_logs_say_is_weighed_by_how_well_they_know_it() {
         let log = |rate, sigma| Clock {
@@ -384,7 +384,7 @@ mod tests {
             ..Clock::default()
         };
         let both = Clock::common(&[log(1e-3, 1e-4), log(2e-3, 3e-4), Clock::default()]);
-        // By weights of 9 to 1.
+        // With weights of 9 to 1.
         assert!((both.rate.0 - 1.1e-3).abs() < 1e-12, "{both:?}");
         assert!(
             (both.rate.1 - 1e-4 * 0.9_f64.sqrt()).abs() < 1e-12,
@@ -414,11 +414,11 @@ mod tests {
             (found.value / 1e-3 - 1.0).abs() < 0.05 && found.gain > 100.0,
             "{found:?}"
         );
-        // With no noise at all it would be known to 1/√2n of itself; at half of the speeds there is more noise.
+        // Without noise its relative standard deviation would be 1/√2n; at half of the speeds there is more noise.
         let share = found.sigma / found.value * (2.0 * 2000.0_f64).sqrt();
         assert!((1.0..2.0).contains(&share), "{share}");
         assert!(jitter(&with(0.0), 0.0).gain < 1.0);
-        // Nothing is missing where all of it is less than the noise that the data sheet expects.
+        // Nothing is found where all of it is less than the noise of the data sheet.
         assert!(jitter(&with(1e-3), 1e-4).gain < 1.0);
     }
 }

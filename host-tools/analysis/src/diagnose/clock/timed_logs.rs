@@ -1,4 +1,4 @@
-//! Logs with what is believed of their clock.
+//! The logs, read with the errors of their clock that are assumed.
 
 use super::{Clock, ClockFinding};
 use crate::diagnose::logs::Logs;
@@ -14,29 +14,28 @@ use softdock_physics::model::prediction::signals::Signals;
 use softdock_physics::model::{self, EffectModel, Model};
 use std::collections::BTreeMap;
 
-/// Pose and velocity of an imported log may be sampled this share of a cycle apart.
+/// Pose and velocity of an imported log may be sampled this share of a cycle apart without being called wrong.
 const SAMPLED_APART: f64 = 0.15;
-/// Relative error of a clock that is of no consequence.
+/// Relative error of a clock that has no consequences.
 const RATE_TOLERANCE: f64 = 1e-3;
 
-/// The logs, and how their clock is read.
+/// The logs, and the durations of their cycles.
 pub(crate) struct TimedLogs {
-    /// The unmodelled error of the clock.
+    /// The unmodelled error of the clock that is assumed.
     pub clock: ClockFinding,
-    /// The model; where the recorded velocity is the difference of poses, with these errors of the
-    /// clock.
+    /// The model. Where the recorded velocity is the difference of poses, it includes these errors of the clock.
     pub model: Model,
     /// The logs as they were recorded.
     pub logs: Logs<Log>,
-    /// The logs with poses at the instants of the wrenches and true velocities, where they differ.
+    /// The logs with poses at the instants of the wrenches and with true velocities; `None` if they are as recorded.
     pub aligned: Option<Logs<Log>>,
-    /// True durations of the cycles; empty where they are nominal.
+    /// True durations of the cycles of each log, s; empty where they are nominal.
     pub intervals: Logs<Vec<f64>>,
 }
 
 impl TimedLogs {
-    /// With errors of the clock that are believed; without them, those that a velocity of its own
-    /// shows.
+    /// Reads the logs with errors of the clock that are `believed`. Without these, with the errors that logs with a measured
+    /// velocity show.
     pub(crate) fn new(
         model: &Model,
         recordings: &Logs<&Recording>,
@@ -81,7 +80,7 @@ impl TimedLogs {
         self.aligned.as_ref().unwrap_or(&self.logs)
     }
 
-    /// The model of logs whose poses are where they belong.
+    /// The model for logs whose poses are at the right instants.
     pub(crate) fn without_offset(&self) -> Model {
         let mut model = self.model.clone();
         model.effects.retain(|e| e.id != clock_offset::EFFECT.id);
@@ -89,7 +88,8 @@ impl TimedLogs {
     }
 }
 
-/// Logs with poses at the instants of the wrenches and true velocities, where they differ; `durations`: of all of their cycles, s.
+/// The logs with poses at the instants of the wrenches and with true velocities; `None` where these are as recorded. `durations`
+/// are those of all cycles of each recording, s.
 fn aligned(
     model: &Model,
     signals: &Logs<Signals<'_>>,
@@ -105,7 +105,7 @@ fn aligned(
     all.map(|all| Logs { all, fitted }.whole()).transpose()
 }
 
-/// The model with errors of the clock.
+/// The model with the errors of the clock as effects.
 fn with_clock(model: &Model, clock: &ClockFinding) -> Model {
     let mut with = model.clone();
     let mut add = |id: &str, parameters: Option<BTreeMap<String, f64>>| {
@@ -138,13 +138,13 @@ fn clock_stage(model: &Model, logs: &Logs<Log>, question: &Question<'_>) -> Cloc
     let apart_s = SAMPLED_APART * logs.all[0].cycle_s;
     let tries = |id: &str| question.tries(model, id);
     let train = Clock::common(&found[..logs.fitted]);
-    // Of all that say something of it, the logs of the fit among them.
+    // An error counts if all logs that determine it show it, the logs of the fit among them.
     let each = |known: &dyn Fn(&Clock) -> f64, of: &dyn Fn(&Clock) -> bool| {
         let mut said = found.iter().filter(|clock| known(clock) > 0.0);
         known(&train) > 0.0 && said.all(of)
     };
     let gain: f64 = found.iter().map(|clock| clock.jitter_gain).sum();
-    // What scatters from cycle to cycle does not pass a low-pass.
+    // Scatter from cycle to cycle does not pass a low-pass, so a filtered log does not show it.
     let filtered = model.sensor.filter.is_some();
     let jitters = tries(clock_jitter::EFFECT.id) && !filtered && gain > super::SIGNIFICANT;
     ClockFinding {
@@ -158,7 +158,7 @@ fn clock_stage(model: &Model, logs: &Logs<Log>, question: &Question<'_>) -> Cloc
     }
 }
 
-/// True durations of the cycles; empty where they are nominal.
+/// True durations of the cycles of each log, s; empty where they are nominal.
 fn intervals(model: &Model, logs: &Logs<Log>, clock: &ClockFinding) -> Logs<Vec<f64>> {
     let known = model
         .effects

@@ -1,21 +1,22 @@
-//! Autoregressive noise model with which everything is whitened.
+//! Autoregressive noise model, by which residuals and columns are whitened.
 //!
-//! A plain fit to a residual swallows the very effect that is looked for, which is slow. So the
-//! spectrum is taken where effects are not, as a running median against single lines, and what
-//! lies below [`SLOW_HZ`] is replaced by the level just above.
+//! A noise model that is fitted to the plain residual would include the missing effect, which is slow, and whitening would remove
+//! it. So the spectrum is taken where effects are not: as a running median, which ignores single lines, and what lies below
+//! [`SLOW_HZ`] is replaced by the level just above.
 
 use super::structure::SLOW_HZ;
 use softdock_statistics::{median, periodogram};
 
 /// Order of the model.
 pub(crate) const ORDER: usize = 4;
-/// Least noise of a log that is believed, over that of the model file: of what was rounded or filtered nothing else may be left.
+/// Smallest noise of a log that is accepted, over that of the model file: a signal that was rounded or filtered may show none at
+/// all.
 pub(crate) const LEAST: f64 = 0.3;
-/// Width of the band whose level stands for the slow part, Hz.
+/// Width of the band whose level replaces that of the slow part, Hz.
 const JUST_ABOVE_HZ: f64 = 6.0;
 /// Bins of the running median on either side.
 const REACH: usize = 12;
-/// Ratio of median to mean of an exponential variable, which a periodogram's bins are.
+/// Ratio of median to mean of an exponential variable, the distribution of a periodogram's bins.
 const MEDIAN_OF_EXPONENTIAL: f64 = std::f64::consts::LN_2;
 
 /// Noise as an autoregression: `e(n) = r(n) − Σ a(k) r(n−k)` is white.
@@ -39,9 +40,9 @@ impl AutoregressiveNoise {
         }
     }
 
-    /// From a residual; white with `at_least` where it holds less, or is too short to say.
-    /// Values that are missing are no numbers. `cutoff_hz` is that of the low-pass which the log went through: what it took away above is no
-    /// quiet band in which small errors would weigh much.
+    /// Estimates the noise from a residual. White with `at_least` if it holds less; white with its own level, but not less, if it
+    /// is too short for a spectrum. Missing values are NaN. `cutoff_hz` is that of the low-pass which the log went through: the
+    /// band above is not taken for a quiet one, in which small errors would have much weight.
     pub(crate) fn of(
         residual: &[f64],
         cycle_s: f64,
@@ -71,7 +72,7 @@ impl AutoregressiveNoise {
         }
     }
 
-    /// Whitens a series and divides it by the noise.
+    /// Whitens a series and divides it by the standard deviation of the innovations.
     pub(crate) fn whiten(&self, series: &[f64]) -> Vec<f64> {
         let scale = 1.0 / self.sigma;
         let before_first = |n: usize| {
@@ -89,7 +90,7 @@ impl AutoregressiveNoise {
     }
 }
 
-/// Median of values, of which there are some; 0 of nothing.
+/// Median of values; 0 if there are none.
 fn middle(values: &[f64]) -> f64 {
     median(&mut values.to_vec()).unwrap_or(0.0)
 }
@@ -114,7 +115,7 @@ fn noise_spectrum(residual: &[f64], cycle_s: f64) -> Vec<f64> {
     out
 }
 
-/// Continues a spectrum above a share of it with the level in the upper half of that share.
+/// Replaces a spectrum above a share of its band by the level in the upper half of that share.
 fn continue_above(spectrum: &mut [f64], share: f64) {
     let end = ((share * spectrum.len() as f64) as usize).min(spectrum.len());
     let level = middle(&spectrum[end / 2..end]);
@@ -191,7 +192,7 @@ mod tests {
         );
     }
 
-    /// White noise of which a low-pass has left the lowest quarter is white to its cutoff.
+    /// White noise behind a low-pass that leaves the lowest quarter of the band is white up to the cutoff.
     #[test]
     fn a_filtered_noise_is_white_up_to_the_cutoff() {
         let filter = softdock_statistics::LowPass::new(4, 0.125);

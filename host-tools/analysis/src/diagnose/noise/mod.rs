@@ -1,4 +1,4 @@
-//! What is noise, and what is not: its model, readings that are rounded, and the tests for structure.
+//! Noise: its model, rounded readings, and tests that tell it from structure.
 
 pub(crate) mod autoregressive;
 pub(crate) mod rounding;

@@ -11,9 +11,9 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 /// Largest residual, in σ: far tails have no digits left.
 const FARTHEST: f64 = 8.0;
-/// Range in which the noise is searched, over that of the data sheet.
+/// Range in which the noise is searched, relative to that of the data sheet.
 const NOISE: (f64, f64) = (0.5, 1.35);
-/// How closely it is found.
+/// Relative precision with which it is found.
 const TOLERANCE: f64 = 0.01;
 
 /// Rounded readings against a prediction.
@@ -27,8 +27,8 @@ pub(crate) struct Rounded {
 }
 
 impl Rounded {
-    /// `raw` are distances to the middle of the interval of `half` to either side that a reading
-    /// stands for; `sheet_sigma` is the noise by data sheet, which is adjusted within reason.
+    /// `raw` are residuals to the middles of the intervals for which readings stand, `half` is half the width of these.
+    /// `sheet_sigma` is the noise by data sheet, which is adjusted within [`NOISE`].
     pub(crate) fn new(raw: &[f64], half: f64, sheet_sigma: f64) -> Self {
         let cost = |scale: f64| -> f64 {
             let sigma = scale * sheet_sigma;
@@ -51,7 +51,7 @@ impl Rounded {
     }
 }
 
-/// The draws without the order of their sequence: a hash of each.
+/// A hash of each draw, which removes the order of the sequence.
 fn scrambled(draw: f64) -> f64 {
     let mut bits = draw.to_bits();
     bits = (bits ^ (bits >> 31)).wrapping_mul(0x7fb5_d329_728e_a185);
@@ -60,7 +60,7 @@ fn scrambled(draw: f64) -> f64 {
     (bits >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Probability of a normal value between two ends.
+/// Probability that a standard normal value lies between two ends.
 fn between(low: f64, high: f64) -> f64 {
     let normal = Normal::standard();
     if low > 0.0 {
@@ -70,7 +70,7 @@ fn between(low: f64, high: f64) -> f64 {
     }
 }
 
-/// The normal value at a share of the probability between two ends.
+/// The standard normal value up to which lies this share of the probability between two ends.
 fn quantile(low: f64, high: f64, share: f64) -> f64 {
     if low > 0.0 {
         return -quantile(-high, -low, 1.0 - share);

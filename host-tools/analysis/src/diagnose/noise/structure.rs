@@ -1,7 +1,7 @@
-//! Whether a residual is noise, or still has structure; four tests that look at different things.
+//! Four tests that tell noise from structure in a residual; each looks at another property.
 //!
-//! The limits are above the largest values that logs without any missing effect have shown; there is
-//! structure only if all logs say so that are long enough to.
+//! The limits are above the largest values that logs without any missing effect have shown. There is structure only if all logs
+//! that are long enough for a test show it.
 
 use softdock_actuator::Reading;
 use softdock_physics::model::log::Log;
@@ -9,27 +9,28 @@ use softdock_report::number;
 use softdock_statistics::{median, periodogram};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-/// Power below [`SLOW_HZ`] over the usual power, at the least (noise of long logs: at most 1.9).
+/// Power below [`SLOW_HZ`] over the median power from which a residual is slow (noise of long logs: at most 1.9).
 const SLOW: f64 = 3.0;
-/// Below this frequency most effects live, Hz.
+/// Most effects act below this frequency, Hz.
 pub(crate) const SLOW_HZ: f64 = 6.0;
-/// Strongest window over the median window, at the least (noise of 4 ms cycles: at most 1.7).
+/// Power of the strongest window over that of the median window from which it is a burst (noise of 4 ms cycles: at most 1.7).
 const BURST: f64 = 2.5;
-/// Probability with which white noise has a burst in any window of a log, or is slow: windows of few samples and few frequencies vary
-/// more. By the windows' own median it is up to 0.004 where there are few.
+/// Probability that white noise has a burst in any window of a log, or is slow; it raises the limits where windows have few
+/// samples or the slow part few frequencies. As the median is that of the windows themselves, it is up to 0.004 where there are
+/// few.
 const BY_CHANCE: f64 = 1e-3;
-/// Fewest cycles of a log in which bursts, lines and slow parts are looked for.
+/// Fewest rows with which bursts, lines and slow parts are looked for.
 const SHORTEST: usize = 64;
 /// Duration of a window, s.
 const BURST_S: f64 = 0.25;
-/// Strongest line of the spectrum over its median (noise: at most 15).
+/// Strongest line of the spectrum over its median from which it is structure (noise: at most 15).
 pub(crate) const LINE: f64 = 22.0;
 /// Duration of a piece whose spectrum is taken, s.
 const LINE_S: f64 = 1.0;
-/// Level over the data sheet's noise (noise of 1.6 times its size: at most 1.7).
+/// Level over the data sheet's noise from which it is structure (noise of 1.6 times its size: at most 1.7).
 pub(crate) const LEVEL: f64 = 1.8;
 
-/// A frequency in the spectrum of a piece of a series.
+/// A peak in the spectrum of a piece of a series.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Line {
     /// Its power over the median of the spectrum.
@@ -40,33 +41,33 @@ pub(crate) struct Line {
     pub at: (usize, usize),
 }
 
-/// What the tests find in one series.
+/// Results of the tests on one series.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Structure {
-    /// Power below `slow_hz` over the usual power, divided by the most that noise has: slow above 1.
+    /// Power below `slow_hz` over the median power, divided by the limit for noise: the residual is slow above 1.
     pub slow: f64,
-    /// 6 Hz, or half of the band if that is less.
+    /// 6 Hz, or half of the band if that is lower.
     pub slow_hz: f64,
-    /// Strongest window over the median window, divided by the most that noise has: a burst above 1.
+    /// Strongest window over the median window, divided by the limit for noise: a burst above 1.
     pub burst: f64,
     /// First cycle of the strongest window, and its length.
     pub burst_at: (usize, usize),
-    /// Strongest part of the spectrum of a piece.
+    /// Strongest peak over the whole spectrum of its piece.
     pub line: Line,
-    /// Strongest one that stands out of the frequencies beside it, too: of what an import has filtered, all that is slow stands out
-    /// of the rest.
+    /// Strongest peak that also exceeds the frequencies beside it: behind the filter of an import, all slow parts exceed the rest
+    /// of the spectrum.
     pub narrow: Line,
     /// Number of rows that were tested.
     pub count: usize,
     /// Number of cycles.
     pub length: usize,
-    /// Root mean square before whitening over the data sheet's noise.
+    /// Rms before whitening, over the data sheet's noise.
     pub level: f64,
 }
 
 impl Structure {
-    /// Tests what is left of a velocity. The noise of a difference of poses rises with frequency, and instants that
-    /// scatter leave bursts: there only its size counts.
+    /// Tests the residual of a velocity. If it is a difference of poses, its noise rises with frequency, and scattering instants
+    /// leave bursts; then only its level counts.
     pub(crate) fn of_velocity(white: &[f64], log: &Log, level: f64, scatters: bool) -> Self {
         let all = Self::of(white, log.cycle_s, level);
         if scatters || log.reading == Reading::Mean {
@@ -76,13 +77,13 @@ impl Structure {
         }
     }
 
-    /// Tests a series: `white` in units of its noise, `level` its size over the data sheet's.
+    /// Tests a series: `white` is the whitened residual, `level` its rms over the data sheet's noise.
     pub(crate) fn of(white: &[f64], cycle_s: f64, level: f64) -> Self {
         Self::below(f64::INFINITY, white, cycle_s, level)
     }
 
-    /// The same of a series that went through a low-pass: what is above its cutoff, if anything, is neither usual nor does it
-    /// stand out. Slow is the lower half of what is below, if that is less than [`SLOW_HZ`].
+    /// The same for a series behind a low-pass. Frequencies above the cutoff are not used. The slow part is the lower half of
+    /// what is below the cutoff, if that is less than [`SLOW_HZ`].
     pub(crate) fn below(cutoff_hz: f64, white: &[f64], cycle_s: f64, level: f64) -> Self {
         if white.len() < SHORTEST {
             return Self {
@@ -95,7 +96,7 @@ impl Structure {
         let power = periodogram_below(cutoff_hz, white, bin_hz);
         let slow_bins = ((SLOW_HZ / bin_hz) as usize).clamp(1, power.len() / 2);
         let slow = power[..slow_bins].iter().sum::<f64>() / slow_bins as f64;
-        // The median of an exponential variable is ln 2 of its mean.
+        // The median of an exponential variable is ln 2 times its mean.
         let usual = usual(power.clone()) / std::f64::consts::LN_2;
         let (burst, burst_at) = strongest_window(white, cycle_s);
         let [line, narrow] = strongest_lines(cutoff_hz, white, cycle_s);
@@ -112,7 +113,8 @@ impl Structure {
         }
     }
 
-    /// Whether the same test fires on all logs. One that is too short for it has no say, but of several two must have one.
+    /// Whether one test fires on all logs. Logs that are too short for it do not count, but of several logs at least two must
+    /// count.
     pub(crate) fn in_all(each: &[Self]) -> bool {
         let has_level = !each.is_empty() && each.iter().all(|s| s.level > LEVEL);
         let long: Vec<&Self> = each.iter().filter(|s| s.count >= SHORTEST).collect();
@@ -125,7 +127,7 @@ impl Structure {
             || has_level
     }
 
-    /// Only its size counts: for what is left of a clock whose jitter was recovered but for noise.
+    /// Keeps only the level: for residuals of a clock whose jitter was recovered with an error.
     pub(crate) fn of_size(self) -> Self {
         Self {
             level: self.level,
@@ -135,12 +137,12 @@ impl Structure {
         }
     }
 
-    /// What fires, in words.
+    /// The test that fires, in words.
     pub(crate) fn words(&self) -> String {
         self.strongest().1
     }
 
-    /// The same, with the first cycle of where it is strongest, and the length of that.
+    /// First cycle and length of the place where the residual is strongest, and the test that fires there, in words.
     pub(crate) fn strongest(&self) -> ((usize, usize), String) {
         let whole = (0, self.length);
         if self.narrow.over_usual > LINE {
@@ -161,7 +163,7 @@ impl Structure {
     }
 }
 
-/// The strongest window by what noise may have, with its first cycle and its length.
+/// Power of the strongest window over the median one, divided by the limit for noise; its first cycle and its length.
 fn strongest_window(white: &[f64], cycle_s: f64) -> (f64, (usize, usize)) {
     let length = ((BURST_S / cycle_s) as usize).clamp(8, white.len());
     let powers: Vec<(usize, f64)> = white
@@ -180,7 +182,8 @@ fn strongest_window(white: &[f64], cycle_s: f64) -> (f64, (usize, usize)) {
     (strongest.1 / usual.max(1e-12) / most, (strongest.0, length))
 }
 
-/// Power of a window of white noise over the median one that the strongest of so many exceeds by [`BY_CHANCE`].
+/// Power of the strongest of so many windows of white noise, over the median window, that is exceeded with probability
+/// [`BY_CHANCE`].
 fn most_of_windows(length: usize, windows: usize) -> f64 {
     let Ok(law) = ChiSquared::new(length as f64) else {
         return f64::INFINITY;
@@ -189,7 +192,7 @@ fn most_of_windows(length: usize, windows: usize) -> f64 {
     law.inverse_cdf(1.0 - chance) / law.inverse_cdf(0.5)
 }
 
-/// Mean power of so many frequencies of white noise over that of all, which it exceeds by [`BY_CHANCE`].
+/// Mean power of so many frequencies of white noise, over that of all, that is exceeded with probability [`BY_CHANCE`].
 fn most_of_bins(bins: usize) -> f64 {
     let freedom = 2.0 * bins as f64;
     ChiSquared::new(freedom).map_or(f64::INFINITY, |law| {
@@ -197,25 +200,25 @@ fn most_of_bins(bins: usize) -> f64 {
     })
 }
 
-/// Median of powers; 0 of nothing.
+/// Median of powers; 0 if there are none.
 fn usual(mut powers: Vec<f64>) -> f64 {
     median(&mut powers).unwrap_or(0.0)
 }
 
-/// The powers from one to the next `bin_hz` up to a cutoff, two at the least.
+/// Powers of the frequencies `bin_hz`, 2 `bin_hz`, .. up to a cutoff; at least two.
 fn periodogram_below(cutoff_hz: f64, white: &[f64], bin_hz: f64) -> Vec<f64> {
     let mut power = periodogram(white);
     power.truncate(((cutoff_hz / bin_hz) as usize).max(2));
     power
 }
 
-/// The strongest part of the spectrum of any piece, and the strongest one that is narrow.
+/// The strongest peak in the spectrum of any piece, and the strongest one that is narrow.
 fn strongest_lines(cutoff_hz: f64, white: &[f64], cycle_s: f64) -> [Line; 2] {
-    /// Frequencies below a cutoff, out of whose median noise does not stand by [`LINE`].
+    /// Fewest frequencies below a cutoff with which noise does not exceed their median by [`LINE`].
     const FREQUENCIES: f64 = 32.0;
-    /// Periods in a piece from which a line is one: with fewer, what changes slowly looks like it.
+    /// Fewest periods in a piece for a line: with fewer, a slow change looks like one.
     const PERIODS: usize = 3;
-    /// Frequencies to either side out of which a line stands as out of the whole spectrum.
+    /// Frequencies on either side that a line has to exceed by as much as the whole spectrum.
     const BESIDE: usize = 4;
     let piece_s = LINE_S.max(FREQUENCIES / cutoff_hz);
     let length = ((piece_s / cycle_s) as usize).clamp(32, white.len());
@@ -256,7 +259,7 @@ mod tests {
     use softdock_statistics::{LowPass, RandomStream};
     use std::f64::consts::TAU;
 
-    /// What is left of 20 s at 500 Hz, with waves of so many sigma at these frequencies, Hz.
+    /// The words for 20 s at 500 Hz of noise with waves at these frequencies, Hz, and amplitudes in σ.
     fn words(waves: &[(f64, f64)]) -> String {
         let mut noise = RandomStream::new(1, 0);
         let at = |n: usize| n as f64 * 0.002;
@@ -271,7 +274,7 @@ mod tests {
         Structure::of(&series, 0.002, 1.0).words()
     }
 
-    /// A band is no line, and hides none that is lower than it.
+    /// A band is no line, and does not hide a line that is lower than the band.
     #[test]
     fn a_line_stands_out_of_what_is_beside_it() {
         let band: Vec<(f64, f64)> = (0..24).map(|k| (20.0 + k as f64, 3.0)).collect();
@@ -286,8 +289,7 @@ mod tests {
         (0..count).map(|_| noise.normal()).collect()
     }
 
-    /// Noise that went through a low-pass is nothing but noise below its cutoff; a wave there is a line all the same.
-    /// One frequency alone is below 6 Hz, which has three times the usual power in one of twenty.
+    /// A single frequency is below 6 Hz. By chance it has three times the median power in one of twenty logs.
     #[test]
     fn short_noise_is_rarely_slow() {
         let is_slow = |seed: &u64| Structure::of(&white(*seed, 160), 1e-3, 1.0).slow > 1.0;
@@ -295,6 +297,7 @@ mod tests {
         assert!(slow < 8, "{slow} of 1000");
     }
 
+    /// Noise that went through a low-pass is nothing but noise below its cutoff; a wave there is a line all the same.
     #[test]
     fn above_a_low_pass_nothing_is_usual() {
         let low_pass = LowPass::new(4, 40.0 * 0.002);

@@ -1,4 +1,4 @@
-//! What the stages accepted, as effects of a model file.
+//! The effects that the stages accepted, as entries of a model file.
 
 use super::Stages;
 use crate::diagnose::actuator::{Candidate, Search, Term};
@@ -37,7 +37,7 @@ pub(crate) fn all(model: &Model, stages: &Stages) -> Vec<Named> {
     named.into_iter().map(|one| one.bounded(model)).collect()
 }
 
-/// Of a tool without nominal mass the fit gives mass times centre of mass.
+/// For a tool without nominal mass the fit gives mass times centre of mass: divides by the fitted mass.
 fn divide_by_mass(named: &mut [Named]) {
     let mass = named.iter().find(|n| n.effect.id == "tool_mass_error");
     let Some(mass_kg) = mass
@@ -83,7 +83,7 @@ fn clock(stages: &Stages) -> Vec<Named> {
     let offset = clock
         .offset_s
         .map(|offset| one(clock_offset::EFFECT.id, "offset_s", offset, "s"));
-    // A jitter bends the estimates of the other two.
+    // Jitter biases the estimates of rate and offset, so these are left out beside it.
     match jitter {
         Some(jitter) => vec![jitter],
         None => rate.into_iter().chain(offset).collect(),
@@ -103,7 +103,7 @@ fn actuator(stages: &Stages) -> Vec<Named> {
         let id = term.stage.id();
         let same = |one: &Named| one.effect.id == id;
         let one = match named.iter().position(same) {
-            // Translations and rotations with a limit each are one effect.
+            // A limit for translations and one for rotations are the same effect.
             Some(at) => named.remove(at),
             None => {
                 let of_id = found.search.support.iter().find(|(other, _)| *other == id);
@@ -120,7 +120,7 @@ fn actuator(stages: &Stages) -> Vec<Named> {
         }
     }
     for one in &mut named {
-        // With a value for each kind of axis there is nothing to leave out.
+        // If translations and rotations each have a value, axes need not be listed.
         let stage = Stage::of(&one.effect.id, &one.effect.parameters);
         if stage.is_some_and(Stage::has_units_of_its_axes) && one.effect.axes.len() == 3 {
             one.effect.axes.clear();
@@ -129,8 +129,8 @@ fn actuator(stages: &Stages) -> Vec<Named> {
     named
 }
 
-/// A parameter of a pair whose value depends on what else is believed has no narrower interval than
-/// the estimates of all hypotheses that explain nearly as much.
+/// Widens the interval of a parameter of a pair so that it covers the estimates of all hypotheses that explain nearly as much:
+/// its value depends on which other stage is assumed.
 fn widen(one: &mut Named, search: &Search) {
     let gain = |c: &Candidate| search.nominal.chi2 - c.chi2;
     let enough = NEARLY_AS_GOOD * search.accepted.as_ref().map_or(f64::INFINITY, gain);
@@ -149,7 +149,7 @@ fn widen(one: &mut Named, search: &Search) {
     }
 }
 
-/// The axes of a term; none where all that move have it.
+/// The axes of a term; empty if all axes that move have it.
 fn axes_of(term: &Term, active: &[bool; 6]) -> Vec<Axis> {
     if term.axes == *active {
         return Vec::new();
@@ -165,7 +165,7 @@ fn sampling(stages: &Stages) -> Vec<Named> {
         return named;
     };
     if logs.iter().all(|log| log.is_rounded()) {
-        // The step is known to the digits of the log.
+        // The step is known to the precision of the log's digits.
         let [force, torque] = first.lsb;
         let mut one = Named::new("ft_quantisation", Vec::new());
         if force > 0.0 {

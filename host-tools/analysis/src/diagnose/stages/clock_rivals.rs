@@ -1,10 +1,9 @@
-//! Errors of the clock in logs without a velocity of their own.
+//! Errors of the clock in logs whose velocity was not measured.
 //!
-//! There the recorded velocity is the difference of two poses, so an error of the clock looks like
-//! one of the actuator: poses that are taken late like a delay, cycles that last longer like a
-//! gain. The sensor tells them apart: its readings are those of the true motion, which is not
-//! late, and not faster. Both are therefore followed to the end, and the one that leaves less of
-//! velocity and wrench is believed; where neither does they are tied.
+//! There the recorded velocity is the difference of two poses, so an error of the clock looks like one of the actuator: poses
+//! that are taken late like a delay, cycles that last longer like a gain. The sensor tells them apart, as its readings are those
+//! of the true motion, which is neither late nor faster. So both hypotheses are followed to the end, and the one that leaves less
+//! of velocity and wrench is believed. If neither leaves clearly less they are a tie.
 
 use super::results::StageResults;
 use crate::diagnose::actuator::ActuatorFinding;
@@ -22,34 +21,35 @@ use softdock_physics::model::Model;
 use softdock_physics::model::stage::Stage;
 use softdock_statistics::DEVIATIONS_95;
 
-/// What a parameter costs in χ².
+/// Price of a parameter, in χ².
 const PRICE: f64 = 10.0;
-/// Share of the excess over the noise that recovered instants have to take away.
+/// Share of the excess over the noise that recovered instants have to remove to be believed.
 const TAKEN: f64 = 0.5;
 
-/// An error of the clock beside the stage of the actuator that it looks like.
+/// An error of the clock, compared with the actuator stage that looks like it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ClockRival {
-    /// The error of the clock.
+    /// Id of the error of the clock.
     pub id: &'static str,
-    /// The stage.
+    /// Id of the stage.
     pub of: &'static str,
-    /// By how much χ² over all logs is less with the error of the clock.
+    /// By how much χ² over all logs is smaller with the error of the clock.
     pub better: f64,
-    /// The clock is believed.
+    /// The error of the clock is believed, and not the stage.
     pub believed: bool,
-    /// What the believed one gains on each log.
+    /// Fall of χ² on each log by the believed one.
     pub gain: Vec<f64>,
 }
 
 impl ClockRival {
-    /// Whether neither can be preferred.
+    /// Whether the logs prefer neither.
     pub(crate) fn is_tie(&self) -> bool {
         self.better.abs() < TOLD_APART
     }
 }
 
-/// Runs the stages on the logs, as they are and with errors of their clock.
+/// Runs the stages on the logs as they are, and with errors of their clock. Returns the results that are believed, and the
+/// comparisons.
 pub(crate) fn run_stages(
     model: &Model,
     recordings: &Logs<&Recording>,
@@ -93,9 +93,9 @@ pub(crate) fn run_stages(
     Ok((best, rivals))
 }
 
-/// A scatter of the instants that all logs show.
+/// Jitter, if all logs show it.
 fn jitter(found: &StageResults, model: &Model, question: &Question<'_>) -> Option<Jitter> {
-    // A low-pass takes away what differs from cycle to cycle: what bends behind it is the motion.
+    // Behind a low-pass nothing differs from cycle to cycle: second differences there are those of the motion.
     let shown =
         model.sensor.filter.is_none() && found.scatter.iter().all(PoseScatter::is_significant);
     let gain = found.scatter.iter().map(|s| s.gain).sum();
@@ -111,7 +111,7 @@ fn jitter(found: &StageResults, model: &Model, question: &Question<'_>) -> Optio
     (shown && question.tries(model, clock_jitter::EFFECT.id)).then_some(jitter)
 }
 
-/// Whether recovered instants explain most of what was left of the velocities.
+/// Whether recovered instants explain most of what was left of the velocities, on every log.
 fn takes_most(before: &StageResults, after: &StageResults) -> bool {
     let excess = |found: &StageResults| -> Option<Vec<f64>> {
         let of = |axes: &[f64; 6]| axes.iter().map(|l| (l * l - 1.0).max(0.0)).sum::<f64>();
@@ -123,7 +123,7 @@ fn takes_most(before: &StageResults, after: &StageResults) -> bool {
     }
 }
 
-/// Errors of the clock that look like what was accepted, with the stage that they look like.
+/// Errors of the clock that look like accepted stages: id of the error, id of the stage, and the error.
 fn alternatives(
     found: &StageResults,
     model: &Model,
@@ -139,8 +139,8 @@ fn alternatives(
         .common_delay
         .filter(|l| question.asks_for(clock_offset::EFFECT.id) || l.chi2 + TOLD_APART < reached);
     let late_s = of_all_axes(actuator, Stage::Delay).or(earlier.map(|l| l.late_s));
-    // Without a sensor a motion that comes late has a delay, and one of another size a gain, which is the plainer reading; none
-    // comes before its command.
+    // Without a sensor, a motion that comes late is called a delay and one of another size a gain, as the plainer explanations.
+    // Only a motion that comes before its command has to be the clock.
     let feels = found.wrench.is_some();
     let differs =
         |late_s: &(f64, f64)| feels || late_s.0 < 0.0 || question.asks_for(clock_offset::EFFECT.id);
@@ -170,7 +170,7 @@ fn alternatives(
     all
 }
 
-/// The fitted value of a stage that all axes have, with its deviation.
+/// The fitted value of a stage that acts on all moving axes, and its standard deviation; `None` if there is none.
 fn of_all_axes(found: &ActuatorFinding, stage: Stage) -> Option<(f64, f64)> {
     let white = found.white.first()?;
     let moves = white.each_ref().map(|series| !series.is_empty());
@@ -181,8 +181,8 @@ fn of_all_axes(found: &ActuatorFinding, stage: Stage) -> Option<(f64, f64)> {
     Some((*term.values.first()?, (high - low) / (2.0 * DEVIATIONS_95)))
 }
 
-/// Σ of squares of what is left of velocities and wrench over all logs, in units of the data sheet's
-/// noise, with a price for each parameter.
+/// Sum of squares of what is left of velocities and wrench over all logs, in units of the data sheet's noise, plus a price for
+/// each parameter.
 fn left(found: &StageResults) -> f64 {
     let mut left = 0.0;
     if let Some(actuator) = &found.actuator {
@@ -230,7 +230,7 @@ fn left(found: &StageResults) -> f64 {
     left + PRICE * believed.iter().filter(|b| **b).count() as f64
 }
 
-/// What the actuator gains on each log, and its share of a bit more.
+/// Fall of χ² on each log by the actuator, with `more` shared equally by the logs.
 fn gain(found: &StageResults, more: f64) -> Vec<f64> {
     let count = found.timed.logs.all.len();
     let own = found.actuator.as_ref().and_then(|actuator| {

@@ -1,7 +1,7 @@
-//! The order of a diagnosis: clock, actuator, reading of the sensor, model of the spacecraft.
+//! The stages of a diagnosis in their order: clock, actuator, reading of the sensor, model of the spacecraft.
 //!
-//! Each stage works with what the stages before it have found: the wrench is predicted from the
-//! motion that the accepted actuator simulates, in the cycles that the clock really took.
+//! Each stage uses the results of the stages before it: the wrench is predicted from the motion that the accepted actuator
+//! simulates, with the true durations of the cycles.
 
 pub(crate) mod accepted;
 pub(crate) mod clock_rivals;
@@ -22,7 +22,7 @@ use softdock_physics::model::Model;
 use softdock_physics::model::log::Log;
 use softdock_physics::model::prediction::{Prediction, predict};
 
-/// Everything that the stages found.
+/// The results of all stages.
 pub(crate) struct Stages {
     /// The logs.
     pub logs: Logs<Log>,
@@ -30,25 +30,26 @@ pub(crate) struct Stages {
     pub before: Logs<Prediction>,
     /// The clock.
     pub clock: ClockFinding,
-    /// Errors of the clock that compete with stages of the actuator.
+    /// Errors of the clock, each compared with the actuator stage that looks like it.
     pub clock_rivals: Vec<ClockRival>,
-    /// The actuator, where anything was commanded.
+    /// The actuator; `None` where nothing was commanded.
     pub actuator: Option<ActuatorFinding>,
     /// Sampling of the sensor.
     pub sampling: Logs<Sampling>,
-    /// The reading.
+    /// The effects on the reading; `None` where there is none to search.
     pub wrench: Option<WrenchFinding>,
     /// The model of the spacecraft.
     pub body: BodySearch,
-    /// Noise floors on the log of the fit.
+    /// Noise floors on the first log of the fit.
     pub noise: Vec<NoiseFloor>,
-    /// Nominal parameters beside what the reading says, by name: value and deviation, and by how many tolerances it is off.
+    /// Nominal parameters beside the effects on the reading: name, value, standard deviation, and by how many tolerances it is
+    /// off.
     pub nominal: Vec<(String, f64, f64, f64)>,
     /// Phases of the log that is drawn.
     pub phases: Vec<Phase>,
 }
 
-/// Runs all stages. `progress` is told a share and what is being done.
+/// Runs all stages. `progress` is called with the share that is done and the present step.
 pub(crate) fn run(
     model: &Model,
     recordings: &Logs<&Recording>,

@@ -1,4 +1,4 @@
-//! What the logs show, with what is believed of their clock.
+//! The results of the stages for one assumption about the clock.
 
 use crate::diagnose::actuator::{ActuatorFinding, Cost, actuator_stage};
 use crate::diagnose::clock::timed_logs::TimedLogs;
@@ -15,36 +15,37 @@ use crate::diagnose::wrench::sheet_sigma;
 use softdock_physics::model::{Axis, Channel, Model};
 use std::sync::Arc;
 
-/// What was found in logs with one belief about their clock.
+/// Results for one assumption about the clock of the logs.
 pub(crate) struct StageResults {
-    /// The logs, and what is believed of their clock.
+    /// The logs, read with this clock.
     pub timed: TimedLogs,
-    /// The actuator, where anything was commanded.
+    /// The actuator; `None` where nothing was commanded.
     pub actuator: Option<ActuatorFinding>,
-    /// Scatter of the poses' instants that is left, in logs without a velocity of their own.
+    /// Scatter of the instants of the poses that is left in each log; all 0 in logs whose velocity was measured.
     pub scatter: Vec<PoseScatter>,
-    /// A common delay of all velocities; None where nothing speaks for it.
+    /// A common delay of all velocities; `None` where nothing indicates one.
     pub common_delay: Option<CommonDelay>,
-    /// A common factor of all velocities, less 1, with its deviation.
+    /// A common factor of all velocities, less 1, and its standard deviation.
     pub proportion: (f64, f64),
     /// Sampling of the sensor.
     pub sampling: Logs<Sampling>,
-    /// The reading.
+    /// The effects on the reading; `None` where there is none to search.
     pub wrench: Option<WrenchFinding>,
     /// Noise floors on the first log.
     pub noise: Vec<NoiseFloor>,
-    /// Nominal parameters beside what the reading says, by name: value and deviation, and by how many tolerances it is off.
+    /// Nominal parameters beside the effects on the reading: name, value, standard deviation, and by how many tolerances it is
+    /// off.
     pub nominal: Vec<(String, f64, f64, f64)>,
 }
 
-/// How many searches there will be, nobody knows.
+/// Reports a search. As the number of searches is not known, the share that is done approaches 0.9 more and more slowly.
 fn tell_search(number: i32, progress: &dyn Fn(f64, &str)) {
     let share = 0.9 - 0.4 * 0.9_f64.powi(number - 1);
     progress(share, &format!("explaining the wrench, search {number}"));
 }
 
 impl StageResults {
-    /// Searches actuator and reading.
+    /// Searches for effects of the actuator and on the reading.
     pub(crate) fn of(
         timed: TimedLogs,
         question: &Question<'_>,
@@ -61,7 +62,7 @@ impl StageResults {
         let mut sampling = logs.map(|log| Sampling::of(log, model));
         let plain = timed.without_offset();
         let moved = match &timed.aligned {
-            // The actuator as it really moves the tool, not as late poses show it.
+            // The tool moves as the actuator really moves it, and not as late poses show it.
             Some(aligned) => Cost::new(&plain, &aligned.all, &intervals.all),
             None => cost.clone(),
         };

@@ -22,7 +22,7 @@ pub(crate) struct Segment {
 }
 
 /// The regression of what the nominal model leaves of the logs, with the nuisance parameters (nominal values within tolerances)
-/// marginalised. In each series the logs follow one another.
+/// eliminated. In each series the logs follow one another.
 pub(crate) struct Problem {
     segments: Vec<Segment>,
     residual: Column,
