@@ -226,7 +226,7 @@ fn with_unit(
     Some(bodies::predict(&model, &signals, &mut Vec::new()).predicted)
 }
 
-/// All logs in one regression.
+/// All logs with one regression.
 struct Joint<'a> {
     logs: &'a Logs<BodyRegression>,
     problem: Problem,

@@ -11,7 +11,7 @@
 //! | [`NAMED`] | 20 | `softdock bench diagnose --nothing-hidden 450`: of 450 logs, whatever the noise of their wrench and of their velocity, none shows more than 7.7, and by the law of the tail of those whose velocity has white noise one in 1,000 reaches 10. The 10 above it are odds of 150 for noise that the generator does not have |
 //! | [`LAW`] | 0.001 | the laws of the catalogue are right to 3 % of a force. This share of what is explained beyond a constant may therefore be an error of a law's form: it names no further effect, and tells no two effects apart. It is not required beside a smooth remainder, which covers such errors, nor where the error on unseen data says [`FORETELLS`] and, if more than noise is left, the error of the fit does, too |
 //! | [`RIGHT`] | 0.98 | `softdock bench diagnose` with `--seed 901`, `902`, `903`: of 167 effects that were named with this probability 165 were hidden; of 257 of an earlier seed, in logs of one machine, 253 |
-//! | [`RIGHT_BESIDE_REST`] | 0.77 | of 60 effects that were named on 26 public logs of machines, each of which leaves structure, 46 are those of a careful fit by hand; counted by hand, 95 % interval 0.65 to 0.86, on logs of which some have helped to make the rules. On the ten of them that leave less than a quarter it was 21 of 24 |
+//! | [`RIGHT_BESIDE_REST`] | 0.77 | of 60 effects that were named on 26 public logs of machines, each of which leaves structure, 46 are those of a careful fit by hand; counted by hand, 95 % interval 0.65 to 0.86, on logs of which some have helped to make the rules. On ten of them that leave less than a quarter it was 21 of 24 |
 //! | [`UNLIKELY`] | 6 | odds of twenty for a hypothesis without the effect, 2 ln 20: the effect is removed if as little is left without it; set by hand |
 //! | [`STRAINED`] | 6e-5 | probability that a nominal parameter is off by four of its tolerances by chance: of 100 logs with 20 parameters off by one tolerance (1 σ) none is found off |
 //! | [`RISES`] | 1.01 | fitting p parameters to 50 p rows of noise raises the rms error on unseen data by this factor; logs of a machine have many more rows. The likelihood weighs slow and fast errors as the noise has them: where it disagrees with the error itself, the form of the effect is wrong. Of two answers whose errors differ by less the likelier one is taken |
@@ -122,7 +122,7 @@ pub(crate) struct Support {
 }
 
 impl Support {
-    /// Of an effect that has no rivals.
+    /// Of an effect without rivals.
     pub(crate) const fn alone(evidence: f64) -> Self {
         Self {
             beside: evidence,

@@ -19,7 +19,7 @@ pub enum Verdict {
     Unexplained,
     /// The logs are not of one machine in one state: what is missing differs from log to log.
     LogsDisagree,
-    /// The logs hold nothing with which a model can be compared, or nothing that changes.
+    /// The logs hold nothing that a model could be held against, or nothing that changes.
     NotTestable,
 }
 
@@ -36,7 +36,7 @@ pub struct Estimate {
     pub high: f64,
 }
 
-/// A nominal parameter, as the logs determine it.
+/// A nominal parameter as the logs see it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Nominal {
     /// Best value, SI.
@@ -124,7 +124,7 @@ pub struct RunnerUp {
     /// Evidence against it, scaled so that errors of form count as noise does.
     #[serde(skip)]
     pub evidence: f64,
-    /// Further effects from which the log does not tell the named one: in a motion in one direction a dry friction is an offset.
+    /// Further effects from which the log does not tell the named one: of a motion in one direction a dry friction is an offset.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub ties: Vec<Tie>,
 }
@@ -209,8 +209,8 @@ pub struct Region {
     pub regime: String,
 }
 
-/// The largest evidence of any effect that may be named, by the stage that tests it. `None` where nothing was tested, or nothing
-/// gained enough to be refined.
+/// The largest evidence of any effect that may be named, by the stage that tests it; it is named from a limit on. `None` where
+/// nothing was tested, or nothing gained enough to be refined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct StrongestEvidence {
     /// Between sent and executed velocity.
@@ -270,7 +270,7 @@ pub struct Diagnosis {
     pub equivalent: Option<Equivalent>,
     /// Error before and after.
     pub residual_rms_sigma: BeforeAfter,
-    /// The fall of the error, effect by effect.
+    /// The error's fall, effect by effect.
     pub steps: Vec<Step>,
     /// The closest rival.
     pub runner_up: Option<RunnerUp>,

@@ -90,7 +90,7 @@ impl Logs<Log> {
         each.is_some_and(|each| each.iter().all(|one| is_same_wrench(each[0], *one)))
     }
 
-    /// Whether a model of spacecraft ran in any log.
+    /// Whether a model of spacecraft ran in any.
     pub(super) fn have_spacecraft(&self) -> bool {
         self.all.iter().any(|log| log.has_spacecraft)
     }

@@ -15,7 +15,7 @@
 //! 8. `answer`: the verdict, rivals that the logs allow as well, and notes.
 //!
 //! Where the recorded velocity is the difference of poses, an error of the clock shows in both. Then `stages`, which runs 1 to 5
-//! in this order, goes through 1 to 4 once more with an error of the clock in the place of the actuator stage that looks like it.
+//! in this order, goes through 1 to 4 once more with an error of the clock in the place of the actuator stage that it looks like.
 //!
 //! What evidence an effect needs is defined in `evidence`. Nominal parameters may move within their tolerances in every
 //! hypothesis; those that would have to move further are findings themselves.
@@ -58,7 +58,7 @@ use std::time::Instant;
 use watch::Watch;
 use wrench::finding::WrenchFinding;
 
-/// A diagnosis, and what its report draws.
+/// A diagnosis with what its report draws.
 #[derive(Clone, Debug)]
 pub struct Report {
     /// What was found.
@@ -108,7 +108,8 @@ pub fn diagnose_watched(
     ask(model, train, test, &question, progress)
 }
 
-/// Fits one effect beside those that the model has already. `forced`: even if the data hardly show it.
+/// Fits one effect, beside those that the model has already. `forced`: also if the data hardly
+/// shows it.
 ///
 /// # Errors
 ///

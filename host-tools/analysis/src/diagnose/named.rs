@@ -263,7 +263,7 @@ impl Named {
     }
 }
 
-/// A fitted effect on the reading, as an entry of a model file.
+/// A fitted effect on the reading as it stands in a model file.
 pub(crate) fn model_of(fitted: &Fitted) -> EffectModel {
     of_reading(fitted).effect
 }

@@ -11,17 +11,17 @@ use std::sync::Arc;
 pub(crate) struct Question<'a> {
     /// Only this effect is tried.
     pub only: Option<&'a str>,
-    /// Take the best fit even if it is not significant.
+    /// Take the best fit of it although it is not significant.
     pub forced: bool,
-    /// Only these effects are tried.
+    /// Only these are tried.
     pub among: Option<&'a [String]>,
     /// The user asked for these effects, and gets them whatever else is missing.
     pub asked: bool,
-    /// These effects are not tried.
+    /// These are not tried.
     pub without: &'a [String],
-    /// General curves, which fit many mechanisms, are tried, too.
+    /// Curves that fit many mechanisms are tried, too.
     pub shapes: bool,
-    /// All effects are tried beside this remainder.
+    /// All are tried beside this remainder.
     pub beside: Option<&'a Arc<Smooth>>,
     /// Instead of a search: other effects are tried in the place of each effect of this answer.
     pub in_place_of: Option<&'a Tested>,
@@ -32,7 +32,7 @@ pub(crate) struct Question<'a> {
 }
 
 impl Question<'_> {
-    /// Whether general curves are tried.
+    /// Whether curves that fit many mechanisms are tried.
     pub(super) fn tries_shapes(&self) -> bool {
         self.shapes || self.is_asked()
     }

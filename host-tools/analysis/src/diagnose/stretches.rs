@@ -62,7 +62,7 @@ fn cut(log: &Recording) -> Option<Vec<Range<usize>>> {
     const WHOLE: f64 = 0.8;
     /// Most stretches of a log, as time grows with their number.
     const MOST: usize = 8;
-    /// Shortest stretch, as a share of the longest.
+    /// Shortest one as a share of the longest.
     const SHORTEST: f64 = 0.25;
     let mut all = stretches(&Signals::new(log).ok()?);
     // A stretch in which nothing is sent says nothing about a drive.

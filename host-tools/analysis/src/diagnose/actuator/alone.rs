@@ -1,4 +1,4 @@
-//! The best values and axes of one stage of the actuator, alone or beside given terms.
+//! The best values and axes of one stage, alone or beside given terms.
 
 use super::candidate::{AT_NOISE, Candidate, is_a_gain};
 use super::cost::{AxisCost, Cost, Term};
@@ -127,7 +127,7 @@ fn on_all_axes(terms: Vec<Term>, cost: &Cost<'_>) -> Vec<Term> {
     }
 }
 
-/// Whether the best value may lie between two values of the grid that both increase χ².
+/// Whether the best value may lie between two values of the grid that both make things worse.
 fn slips_through(stage: Stage) -> bool {
     matches!(
         stage,

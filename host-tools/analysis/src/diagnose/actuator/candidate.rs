@@ -51,7 +51,7 @@ impl Candidate {
         ids
     }
 
-    /// Number of its effects. The gains of what lies beyond a dead zone count as a part of the zone.
+    /// Number of its effects; the gains of what lies beyond a dead zone belong to the zone.
     pub(super) fn causes(&self) -> usize {
         let of_zone = |term: &&Term| self.has(Stage::DeadZone) && is_a_gain(term.stage);
         let own = self.terms.iter().filter(|term| !of_zone(term));

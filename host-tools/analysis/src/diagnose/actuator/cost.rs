@@ -94,7 +94,7 @@ impl Known {
 }
 
 impl Clone for Known {
-    /// Starts empty, as a copy is made to be changed.
+    /// Nothing is known: a copy is made to be changed.
     fn clone(&self) -> Self {
         Self::default()
     }
@@ -151,7 +151,7 @@ impl<'a> LogCost<'a> {
         let other = self.simulate(&other, axis);
         let sigma = self.sigma[axis];
         let change = other.iter().zip(predicted).map(|(o, p)| (o - p) / sigma);
-        // Where the residual does not count its slope must not either.
+        // Where the residual does not count its slope does not either.
         let known = self.known();
         change
             .enumerate()
@@ -259,7 +259,7 @@ impl<'a> Cost<'a> {
             let moves = |log: &Log| log.sent[axis.index()].iter().any(|v| *v != 0.0);
             active[axis.index()] = logs.iter().any(moves);
         }
-        // Poses that are taken late make a velocity look late.
+        // Poses that are taken late show a velocity late.
         let late_s = match logs.first().map(|log| log.reading) {
             Some(Reading::Mean) => model.clock_offset_s(),
             _ => 0.0,

@@ -1,4 +1,4 @@
-//! The result of the search on the executed velocity.
+//! What the search on the executed velocity found.
 
 use super::candidate::Search;
 use super::cost::{Cost, LogCost, Term};

@@ -40,12 +40,12 @@ pub(crate) fn intervals(search: &Search, train: &Cost<'_>) -> Vec<Vec<[f64; 2]>>
     all
 }
 
-/// χ² of terms as a function of the vector of all their parameters.
+/// χ² of terms as a function of all their parameters in a row.
 struct Profile<'a> {
     terms: &'a [Term],
     train: &'a Cost<'a>,
     flat: Vec<f64>,
-    /// The smallest value of each parameter that can be simulated: limits and widths are not negative.
+    /// The smallest value of each parameter that can be simulated: no limit and no width is negative.
     smallest: Vec<f64>,
     least: f64,
     /// χ² per value over that of noise, times the number of successive values that count as one. It widens intervals, as errors
@@ -113,7 +113,7 @@ impl<'a> Profile<'a> {
     }
 }
 
-/// The smallest values that the parameters of a term may take.
+/// The smallest values that the parameters of a term may have.
 fn smallest(term: &Term, train: &Cost<'_>) -> Vec<f64> {
     /// Share of the smallest value that a search tries.
     const BELOW: f64 = 1e-3;
@@ -238,7 +238,7 @@ fn scanned(profile: &Profile<'_>, i: usize, sigma: &[f64], step: f64) -> [f64; 2
                 outside += 1;
             }
         }
-        // The limit lies between the last value inside and the first one outside.
+        // The limit lies between the last value inside and the first outside.
         (last as f64 + 0.5) * step
     };
     [end(-1.0), end(1.0)]

@@ -10,7 +10,7 @@ pub(super) fn refined(terms: Vec<Term>, logs: &Cost<'_>) -> Vec<Term> {
     improved(terms, logs, &|terms| logs.of(terms))
 }
 
-/// The same with another cost function.
+/// The same with a cost of its own.
 pub(super) fn improved(
     terms: Vec<Term>,
     logs: &Cost<'_>,
@@ -74,7 +74,7 @@ impl OnGrid<'_> {
             .collect()
     }
 
-    /// The terms with other places.
+    /// The terms at other places.
     fn at(&self, places: &[f64]) -> Vec<Term> {
         let mut places = places.iter();
         let term = |(term, specs): (&Term, &Vec<Spec>)| Term {
@@ -98,7 +98,7 @@ pub(super) fn bottom(low: f64, high: f64, cost: impl FnMut(f64) -> f64) -> (f64,
     lowest_valley((low, high), CELLS, TOLERANCE, cost)
 }
 
-/// Where the cost is flat around its minimum, the middle of the flat part is the estimate.
+/// Where the cost is flat around its minimum, the middle of the flat is the estimate.
 fn middle_of_plateaus(
     mut terms: Vec<Term>,
     logs: &Cost<'_>,

@@ -25,11 +25,11 @@ const TRIED_BESIDE: usize = 6;
 pub(crate) struct Ask<'a> {
     /// Effects that are not tried.
     pub excluded: &'a (dyn Fn(&str) -> bool + Sync),
-    /// Take the best stage even if it is not significant.
+    /// The best stage is taken although it is not significant.
     pub forced: bool,
-    /// Search no pairs, as what is left is known not to come from the actuator.
+    /// No pairs: what is left is known not to be the actuator's.
     pub alone: bool,
-    /// Number of logs of the fit, which come first.
+    /// Number of logs of the fit, the first ones.
     pub fitted: usize,
     /// Receives each hypothesis when it is tried.
     pub watch: Watch<'a>,
@@ -379,7 +379,7 @@ fn choose_form(
     {
         std::mem::swap(best, candidate);
     }
-    // The limit is in units of the noise that the best form leaves.
+    // In units of the noise that the best form leaves.
     let noise = (candidate.chi2 / cost.count().max(1) as f64).max(1.0);
     let as_good = candidate.chi2 + TOLD_APART * noise;
     others.retain(|other| other.chi2 < as_good && other.ids() == candidate.ids());

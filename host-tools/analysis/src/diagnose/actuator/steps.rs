@@ -14,8 +14,8 @@ const MOST: f64 = 40.0;
 /// Fewest steps in the largest velocity: with half a step nothing moves.
 const FEWEST: f64 = 0.5;
 /// Distance of two values of the grid, in steps. Half of the error in the number of steps is the share of commands that are
-/// rounded to the wrong side. Each of these is wrong by a whole step squared, where no rounding at all costs a twelfth of that.
-/// So χ² falls only within a sixth of a step.
+/// rounded to the wrong side. Each of these costs the square of a whole step, where no rounding at all costs a twelfth of
+/// that. So χ² falls only within a sixth of a step.
 const APART: f64 = 0.1;
 /// The same as a share of the number of steps: a command that stays close to where two steps meet is rounded to the wrong side
 /// for long.

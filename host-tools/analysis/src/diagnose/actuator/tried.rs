@@ -82,7 +82,7 @@ pub(crate) fn specs(stage: Stage, scale: &Scale) -> Vec<Spec> {
         ],
         Stage::Pause(..) => vec![spec("pause_s", "s", 3e-4, 0.1, 16)],
         Stage::DriveAcceleration => acceleration(scale.acceleration),
-        // A loop asks for most at the begin of a cycle, and the log shows the mean over the cycle.
+        // A loop asks for most at the begin of a cycle, of which the log shows the mean.
         Stage::LoopAcceleration => acceleration(2.0 * scale.acceleration),
         Stage::PlannerAcceleration => acceleration(scale.sent_acceleration),
         Stage::DriveJerk => jerk(scale.velocity, scale.jerk),
@@ -179,7 +179,7 @@ pub(crate) struct Scale {
     pub slower: f64,
 }
 
-/// Delay or lag of the slowest drive that is looked for on a docking rig, in cycles of 4 ms. Set by hand.
+/// Delay or lag of the slowest drive that is looked for on a docking rig, in its cycles of 4 ms. Set by hand.
 const SLOWEST_CYCLES: f64 = 30.0;
 /// The same in s.
 const SLOWEST_S: f64 = 0.12;
@@ -248,7 +248,7 @@ mod tests {
         assert_eq!(at(2e-5), [true, false]);
     }
 
-    /// A gear has more play in radians than a guide has in metres.
+    /// A gear has more play in radians than a guide in metres.
     #[test]
     fn play_is_looked_for_as_far_as_the_catalogue_goes() {
         let widest = |rotates| {

@@ -1,4 +1,4 @@
-//! The closest rival of what is named: what else could stand in the place of a named effect by these logs, and whether they tell
+//! The closest rival of what is named: what else the logs would allow in the place of a named effect, and whether they tell
 //! the two apart.
 
 use crate::diagnose::catalogue::is_shape;
@@ -345,7 +345,7 @@ mod tests {
         runner_up(&named, ranked).expect("a rival")
     }
 
-    /// At χ² of 1,000 errors of form are 1, at 100,000 they are 100.
+    /// χ² of 1,000 has errors of form of 1, and of 100,000 of 100.
     #[test]
     fn noise_tells_little_apart_and_errors_of_form_tell_much_apart() {
         let tells = |winner: f64, rival: f64| {
@@ -408,7 +408,7 @@ mod tests {
         );
     }
 
-    /// The weight of a link has two amounts, as have an offset and a spring.
+    /// Weight of a link has two amounts, as have an offset and a spring.
     #[test]
     fn two_effects_can_have_the_place_of_one_of_two_amounts() {
         let rival = |parameters: usize, fall: f64| {
@@ -494,7 +494,7 @@ mod tests {
         assert_eq!(rival_of("ft_scale", 1, 1e3), Some(false));
     }
 
-    /// Beside an asymmetric friction a dry friction is no effect of its own.
+    /// Beside an asymmetric friction a dry one is no effect of its own.
     #[test]
     fn what_a_named_effect_contains_is_no_rival_of_another() {
         let named = ["ft_bias", "guide_asymmetry"];
@@ -546,7 +546,7 @@ mod tests {
         );
     }
 
-    /// Errors of form of 620,000 are 620: a weight that explains 10, where a viscous friction explains 522, is within them.
+    /// Of 620,000 errors of form are 620: a weight that does 10 where a viscous friction does 522 is within them.
     #[test]
     fn what_does_next_to_nothing_is_no_tie() {
         let tells = |alone: f64| {

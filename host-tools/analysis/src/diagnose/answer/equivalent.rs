@@ -20,7 +20,7 @@ pub(crate) fn of<'a>(named: impl Iterator<Item = &'a Named> + Clone) -> Option<E
     by_direction().or_else(with_constant).or_else(weight)
 }
 
-/// A spring about a bearing whose hardening may be that of a weight's sine: k sin q = k q − k/6 q³ + ..
+/// A spring about a bearing that may bend as the sine of a weight does: k sin q = k q − k/6 q³ + ..
 fn weight(spring: &Named) -> Option<Equivalent> {
     let stiffness = spring.estimates.get("stiffness_n_m_per_rad")?;
     let hardening = spring.estimates.get("hardening_n_m_per_rad3")?;

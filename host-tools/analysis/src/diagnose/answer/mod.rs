@@ -1,4 +1,4 @@
-//! From the findings of the stages to an answer: verdict, rivals, probabilities, and the sentences about them.
+//! From what the stages found to an answer: verdict, rivals, probabilities, and what is said of them.
 
 pub(crate) mod closest_rival;
 pub(crate) mod equivalent;

@@ -456,7 +456,7 @@ fn amounts_of_logs(one: &Disagreement, fitted: usize) -> impl Iterator<Item = St
     })
 }
 
-/// Whether accelerations are differences of recorded positions or velocities, and no filter smooths them.
+/// Whether accelerations are differences of recorded positions or velocities, and nothing smooths them.
 fn differentiates(stages: &Stages) -> bool {
     let raw = |log: &PreparedLog| log.scene.model.sensor.filter.is_none();
     let mut logs = stages.wrench.iter().flat_map(|w| &w.prepared.logs);

@@ -220,7 +220,7 @@ fn of_all_logs(stages: &Stages, reduction: &ErrorReduction) -> Option<String> {
     wrench.found.accepted.as_ref()?.of_all_logs.clone()
 }
 
-/// Probability of each named effect. Of two that the logs do not tell apart neither is certain.
+/// Probability of each named effect: of two that the logs do not tell apart none is certain.
 fn probabilities(
     named: &[&Named],
     rivals: &[&RunnerUp],

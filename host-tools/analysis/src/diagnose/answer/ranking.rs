@@ -1,4 +1,4 @@
-//! The ranking of hypotheses of all stages by their evidence.
+//! Hypotheses of all stages with their evidence.
 
 use super::closest_rival::is_more_than;
 use crate::diagnose::actuator::Candidate;
@@ -112,7 +112,7 @@ fn of_actuator(stages: &Stages) -> Vec<Ranked> {
     several.chain(&found.search.singles).map(of).collect()
 }
 
-/// Hypotheses on the reading, each with its evidence.
+/// Hypotheses on the reading, with their evidence.
 fn of_wrench(stage: &WrenchFinding, fitted: usize) -> impl Iterator<Item = (f64, Ranked)> {
     let ranked = &stage.found.ranked;
     // The answer as the search tried it, with the noise model of that search.
@@ -166,7 +166,7 @@ pub(crate) fn foretells_alike(
     alike.then(|| (*of).to_owned())
 }
 
-/// The largest evidence of any effect, for each stage.
+/// The largest evidence of any effect of each stage.
 pub(crate) fn strongest(stages: &Stages) -> StrongestEvidence {
     let wrench = stages.wrench.as_ref();
     StrongestEvidence {
@@ -189,7 +189,7 @@ fn strongest_of(ranked: &[Tested]) -> Option<f64> {
     possible().map(of_last).max_by(f64::total_cmp)
 }
 
-/// An error of the clock and the stage of the actuator that looks like it, the believed one first. Both have the other accepted
+/// An error of the clock and the stage of the actuator that it looks like, the believed one first. Both have the other accepted
 /// stages beside them.
 fn against_the_clock(rival: &ClockRival, stages: &Stages) -> Vec<Ranked> {
     let accepted = stages.actuator.iter();

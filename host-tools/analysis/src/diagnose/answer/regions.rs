@@ -1,4 +1,4 @@
-//! Windows of time in which an error shows, with what happens in them.
+//! Where an error shows: windows of time with what happens in them.
 
 use crate::compare::Phase;
 use crate::diagnose::finding::Region;
@@ -7,7 +7,7 @@ use crate::diagnose::wrench::left::Left;
 use softdock_physics::model::Channel;
 use softdock_physics::model::prediction::Prediction;
 
-/// Windows with structure that is left, on the log that is drawn.
+/// Where structure is left on the log that is drawn.
 pub(crate) fn left_over(left: &[Left], stages: &Stages) -> Vec<Region> {
     let log = stages.logs.shown();
     let shown = stages.logs.shown_number();

@@ -1,4 +1,4 @@
-//! The diagnosis in one sentence or two.
+//! The diagnosis in a sentence or two.
 
 use crate::compare::TOLERATED_NOISE;
 use crate::compare::sentence::listed;
@@ -155,7 +155,7 @@ fn unexplained(diagnosis: &Diagnosis, left: &[Left]) -> String {
 
 /// A share in percent, or an upper limit if it is tiny.
 pub(crate) fn small_share(share: f64) -> String {
-    /// Smallest share that is given in digits.
+    /// Least share that is told in digits.
     const LEAST: f64 = 1e-4;
     match share < LEAST {
         true => format!("less than {} %", 100.0 * LEAST),

@@ -1,4 +1,4 @@
-//! What no named effect accounts for: its share of the error, and what can be said about it.
+//! What no named effect accounts for: how much of the error it is, and what can be said of it.
 
 use super::ranking;
 use super::verdict::Judged;
@@ -55,7 +55,7 @@ impl Unaccounted {
     }
 }
 
-/// What is left with structure on the channel that has most of it, and whether that is the wrench.
+/// What is left with structure of the channel that has most of it, and whether that is the wrench.
 fn remainder(stages: &Stages, left: &[Left]) -> (Remainder, bool) {
     let structured = left.iter().filter(|left| left.is_structured());
     let most = structured.max_by(|a, b| a.share.total_cmp(&b.share));

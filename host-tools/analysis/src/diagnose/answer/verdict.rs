@@ -55,9 +55,9 @@ pub(crate) struct Judged {
     /// The sentence for logs that cannot be tested.
     pub(crate) untestable: &'static str,
     pub(crate) verdict: Verdict,
-    /// Structure is left without a name.
+    /// Something is left without a name.
     pub(crate) unexplained: bool,
-    /// A single effect was asked for.
+    /// Only one effect was asked for.
     pub(crate) asked: bool,
 }
 

@@ -17,7 +17,7 @@ use std::f64::consts::SQRT_2;
 
 /// 2 Δ log L above which the clock jitters (quiet clocks stay below 10).
 pub(super) const SIGNIFICANT: f64 = 40.0;
-/// 2 Δ log L above which rate or offset of the clock are called wrong.
+/// 2 Δ log L above which rate or offset of the clock are wrong.
 const SIGNIFICANT_LINEAR: f64 = 40.0;
 
 /// The unmodelled error of the clock.
@@ -40,7 +40,7 @@ pub(crate) struct Clock {
     pub sigma_s: f64,
     /// Correlation of a duration with the one before: −1/2 where each instant scatters independently, 0 where each duration does.
     pub correlation: f64,
-    /// 2 Δ log L for jitter.
+    /// 2 Δ log L of the jitter.
     pub jitter_gain: f64,
     /// Relative error of the duration of all cycles, with its standard deviation.
     pub rate: (f64, f64),
@@ -200,19 +200,19 @@ fn correlation(errors: &[(f64, f64)], axes: usize, duration_s: f64) -> f64 {
     if sums.1 > 0.0 { sums.0 / sums.1 } else { 0.0 }
 }
 
-/// Scatter in proportion to the velocity, in a log whose velocity is the difference of poses.
+/// What scatters in proportion to the velocity in a log whose velocity is the difference of poses.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct PoseScatter {
     /// Standard deviation of the instants of the poses, s.
     pub scatter_s: f64,
     /// Standard deviation of that estimate, s.
     pub sigma_s: f64,
-    /// 2 Δ log L for it.
+    /// 2 Δ log L of it.
     pub gain: f64,
 }
 
 impl PoseScatter {
-    /// Whether it is more than chance.
+    /// Whether it is no chance.
     pub(crate) fn is_significant(&self) -> bool {
         self.gain > SIGNIFICANT
     }
@@ -222,7 +222,7 @@ impl PoseScatter {
 /// differences of the poses, which smooth errors of a model do not reach. Of these every fourth is independent. Values far
 /// outside are edges of the motion and no scatter.
 pub(crate) fn scatter(cost: &Cost<'_>, log: &LogCost<'_>, terms: &[Term]) -> PoseScatter {
-    /// Cycles between values that have no pose in common.
+    /// Cycles between values that share no pose.
     const APART: usize = 4;
     /// Multiples of the standard deviation from which a value is an edge.
     const EDGE: f64 = 4.0;
@@ -384,7 +384,7 @@ mod tests {
             ..Clock::default()
         };
         let both = Clock::common(&[log(1e-3, 1e-4), log(2e-3, 3e-4), Clock::default()]);
-        // With weights of 9 to 1.
+        // By weights of 9 to 1.
         assert!((both.rate.0 - 1.1e-3).abs() < 1e-12, "{both:?}");
         assert!(
             (both.rate.1 - 1e-4 * 0.9_f64.sqrt()).abs() < 1e-12,

@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 
 /// Pose and velocity of an imported log may be sampled this share of a cycle apart without being called wrong.
 const SAMPLED_APART: f64 = 0.15;
-/// Relative error of a clock that has no consequences.
+/// Relative error of a clock that is of no consequence.
 const RATE_TOLERANCE: f64 = 1e-3;
 
 /// The logs, and the durations of their cycles.

@@ -11,7 +11,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 /// Largest residual, in σ: far tails have no digits left.
 const FARTHEST: f64 = 8.0;
-/// Range in which the noise is searched, relative to that of the data sheet.
+/// Range in which the noise is searched, over that of the data sheet.
 const NOISE: (f64, f64) = (0.5, 1.35);
 /// Relative precision with which it is found.
 const TOLERANCE: f64 = 0.01;

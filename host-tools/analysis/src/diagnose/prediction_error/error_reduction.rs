@@ -23,7 +23,7 @@ use std::collections::BTreeMap;
 pub(crate) struct ErrorReduction {
     /// Named effects with their share in the fall of the squared error on the logs of the fit, the largest share first.
     pub named: Vec<(Named, f64)>,
-    /// The error with none, the first, the first two .. of them.
+    /// The error with none, one, two ... of them.
     pub steps: Vec<Step>,
     /// Effects that are refused, as the error does not fall enough with them.
     pub refused: Vec<Refused>,
@@ -44,7 +44,7 @@ pub(crate) struct ErrorReduction {
 pub(crate) struct Refused {
     /// Their ids; several if all of them together are refused.
     pub ids: Vec<String>,
-    /// The error without them and with them.
+    /// The error without and with them.
     pub errors: [f64; 2],
     /// The errors are those on the logs of the fit, not those on unseen data.
     pub of_fit: bool,
@@ -281,7 +281,7 @@ impl<'a> Known<'a> {
         Ok(shares)
     }
 
-    /// The errors with none, the first, the first two .. of these effects.
+    /// The error with none, one, two ... of these effects.
     fn steps(&mut self, order: &[usize]) -> anyhow::Result<Vec<Step>> {
         let unseen = self.recordings.fitted < self.recordings.all.len();
         let mut steps = Vec::new();
@@ -303,7 +303,7 @@ impl<'a> Known<'a> {
         self.leaves_structure || self.in_rounds || self.at_an_end
     }
 
-    /// Gives these effects the parameters that foretell best together.
+    /// Gives these effects the parameters that foretell best beside each other.
     fn refit(&mut self, effects: &[usize]) -> anyhow::Result<()> {
         if !self.is_refitted() {
             return Ok(());

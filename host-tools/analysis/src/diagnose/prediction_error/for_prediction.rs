@@ -128,7 +128,7 @@ fn predicts_little(prediction: &Prediction) -> bool {
 
 /// Rms errors with some effects, in units of the noise; NaN where too little is predicted.
 pub(crate) struct Errors {
-    /// On the logs of the fit.
+    /// Of the logs of the fit.
     pub(crate) of_fit: f64,
     /// On the unseen logs.
     pub(crate) unseen: f64,

@@ -113,7 +113,7 @@ mod tests {
         Model::from_toml(&text, "model.toml").unwrap()
     }
 
-    /// At each measured instant the delay may even leave a little less.
+    /// At each instant the delay may even leave a little less.
     #[test]
     fn a_delay_is_no_damper_of_a_motion() {
         let log = cart();

@@ -136,7 +136,7 @@ fn structure_of(prediction: &Prediction, channel: Channel, axis: Axis) -> Struct
             ..Structure::default()
         };
     }
-    // The increments of a noisy pose are differences, so that their spectrum tests nothing.
+    // The increments of a noisy pose are differences: their spectrum is no test of anything.
     let floor = noise_floor(&values, Noise::Differenced, None)
         .unwrap_or(sheet)
         .max(0.3 * sheet);

@@ -101,7 +101,7 @@ impl Unseen<'_> {
     }
 }
 
-/// Residuals of the wrench, in units of the noise.
+/// What is left of the wrench, in units of the noise.
 fn rest(prediction: &Prediction) -> Vec<f64> {
     let channel = prediction.channel(Channel::Wrench);
     let of_axis = |axis: &Axis| {

@@ -1,4 +1,4 @@
-//! The effects that the stages accepted, as entries of a model file.
+//! What the stages accepted, as effects of a model file.
 
 use super::Stages;
 use crate::diagnose::actuator::{Candidate, Search, Term};
@@ -165,7 +165,7 @@ fn sampling(stages: &Stages) -> Vec<Named> {
         return named;
     };
     if logs.iter().all(|log| log.is_rounded()) {
-        // The step is known to the precision of the log's digits.
+        // The step is known to the digits of the log.
         let [force, torque] = first.lsb;
         let mut one = Named::new("ft_quantisation", Vec::new());
         if force > 0.0 {

@@ -26,14 +26,14 @@ const PRICE: f64 = 10.0;
 /// Share of the excess over the noise that recovered instants have to remove to be believed.
 const TAKEN: f64 = 0.5;
 
-/// An error of the clock, compared with the actuator stage that looks like it.
+/// An error of the clock, compared with the actuator stage that it looks like.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ClockRival {
     /// Id of the error of the clock.
     pub id: &'static str,
     /// Id of the stage.
     pub of: &'static str,
-    /// By how much χ² over all logs is smaller with the error of the clock.
+    /// By how much χ² over all logs is less with the error of the clock.
     pub better: f64,
     /// The error of the clock is believed, and not the stage.
     pub believed: bool,
@@ -181,8 +181,8 @@ fn of_all_axes(found: &ActuatorFinding, stage: Stage) -> Option<(f64, f64)> {
     Some((*term.values.first()?, (high - low) / (2.0 * DEVIATIONS_95)))
 }
 
-/// Sum of squares of what is left of velocities and wrench over all logs, in units of the data sheet's noise, plus a price for
-/// each parameter.
+/// Σ of squares of what is left of velocities and wrench over all logs, in units of the data sheet's
+/// noise, with a price for each parameter.
 fn left(found: &StageResults) -> f64 {
     let mut left = 0.0;
     if let Some(actuator) = &found.actuator {

@@ -30,7 +30,7 @@ pub(crate) struct Stages {
     pub before: Logs<Prediction>,
     /// The clock.
     pub clock: ClockFinding,
-    /// Errors of the clock, each compared with the actuator stage that looks like it.
+    /// Errors of the clock, each compared with the actuator stage that it looks like.
     pub clock_rivals: Vec<ClockRival>,
     /// The actuator; `None` where nothing was commanded.
     pub actuator: Option<ActuatorFinding>,

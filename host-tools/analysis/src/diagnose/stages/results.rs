@@ -23,7 +23,7 @@ pub(crate) struct StageResults {
     pub actuator: Option<ActuatorFinding>,
     /// Scatter of the instants of the poses that is left in each log; all 0 in logs whose velocity was measured.
     pub scatter: Vec<PoseScatter>,
-    /// A common delay of all velocities; `None` where nothing indicates one.
+    /// A common delay of all velocities; None where nothing speaks for it.
     pub common_delay: Option<CommonDelay>,
     /// A common factor of all velocities, less 1, and its standard deviation.
     pub proportion: (f64, f64),

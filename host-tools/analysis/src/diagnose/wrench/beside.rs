@@ -21,7 +21,7 @@ use std::sync::Arc;
 /// Most searches beside a remainder. Each one uses the remainder that the previous answer leaves.
 const ROUNDS: usize = 4;
 
-/// What a round needs to ask for further searches on the reading.
+/// Asks for searches on the reading.
 pub(crate) struct Asking<'a> {
     /// The model as it is.
     pub model: &'a Model,

@@ -1,4 +1,4 @@
-//! What effects leave of a channel, and what share of the error may be left without being called structure.
+//! What effects leave of a channel, and how much of it may be left without being called structure.
 
 use super::regression::joint::{Joint, Rest};
 use super::regression::prepared_log::{PreparedLog, sheet_sigma};
@@ -30,7 +30,7 @@ const DESCRIBED: f64 = 0.1;
 /// What is left of a channel after effects.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Left {
-    /// Axes, with what the tests for structure find on each log.
+    /// Axes, with what the tests find on each log.
     pub axes: Vec<(Channel, Axis, Vec<Structure>)>,
     /// Excess of χ² over the noise that is left, as a share of the excess that there was; 0 to 1.
     pub share: f64,

@@ -155,7 +155,7 @@ fn rounds_without(ids: &[String], asking: &mut Asking<'_>) -> Option<WrenchFindi
 /// with a smooth remainder where structure is left.
 fn rounds_of(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
     let (mut finding, leaves_structure) = beside_earlier(asking)?;
-    // What disagreeing logs have in common is no answer that further steps could improve.
+    // What logs that disagree have in common is no answer that could be bettered.
     if !finding.found.disagreeing.is_empty() {
         if !beside::agree_on_a_curve(&finding, asking) {
             return Some(finding);

@@ -1,4 +1,4 @@
-//! What the sensor does to its samples: it rounds them, or repeats the last one.
+//! What the sensor does to its samples: rounding them, and repeating the last one.
 
 use super::sheet_sigma;
 use softdock_physics::model::Model;
@@ -6,7 +6,7 @@ use softdock_physics::model::log::Log;
 use softdock_statistics::median;
 use std::collections::BTreeMap;
 
-/// Rounding below this share of the noise cannot be seen in the error, and every sensor does it.
+/// Rounding below this share of the noise cannot be seen in the error, and is what any sensor does.
 const VISIBLE: f64 = 0.35;
 /// Samples are called repeated from this share on: by chance there are fewer.
 const REPEATED: f64 = 0.004;
@@ -52,7 +52,7 @@ impl Sampling {
             .map(|axis| repeated_by_chance(axis))
             .product();
         let share = held.len() as f64 / count;
-        // A command is meant to hold until the next one.
+        // A command acts until the next one.
         let is_held =
             !drives && share > REPEATED && share > 5.0 * by_chance && moves_between(log, &held);
         let mut fresh = log.fresh.clone();

@@ -163,7 +163,7 @@ fn driving(effect: &Fitted, effects: &[Fitted], model: &Model) -> Option<String>
     let known: f64 = known.filter_map(|one| one.parameters.get(other_name)).sum();
     let (there, other_sigma, _) = found.copied().unwrap_or((0.0, 0.0, unit));
     let whole = there + known;
-    /// Slope with which it drives in one direction, as a share of the slope with which it brakes in the other.
+    /// Slope with which it drives one way, as a share of that with which it brakes the other.
     const DRIVES: f64 = 0.1;
     let drives = value.abs() - whole;
     let is_sure = drives > DEVIATIONS_95 * sigma.hypot(other_sigma);

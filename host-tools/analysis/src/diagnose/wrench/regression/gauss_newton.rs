@@ -173,7 +173,7 @@ impl Shaped<'_> {
     /// One step, or half or a quarter of it if χ² does not fall with the whole. The gain after the step; `None` if χ² falls with
     /// none of these, and the shapes are as before.
     fn step_together(&mut self, shapes: &mut [Vec<f64>], gain: f64) -> Option<f64> {
-        /// Largest step of the logarithm of a shape.
+        /// Largest step of a shape's logarithm.
         const LONGEST: f64 = 0.3;
         let now = self.solution()?;
         let slopes = self.slopes(&now.coefficients, shapes)?;

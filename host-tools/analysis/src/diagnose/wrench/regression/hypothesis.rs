@@ -10,14 +10,14 @@ use std::collections::BTreeMap;
 
 /// Gain in χ² that the first column of a separable effect (one with a column for each axis, say) has to bring.
 const WORTH_A_COLUMN: f64 = 25.0;
-/// The same for each further column, as the effect is known to be there by then.
+/// The same for further columns: that the effect is there is known by then.
 const WORTH_ONE_MORE: f64 = 14.0;
 /// A column of a detail is used only if more than this share of its square cannot be imitated by the columns before it: a
 /// friction level by direction beside the common level of the model, or a viscous difference beside a viscous friction.
 const OWN: f64 = 0.05;
 /// Pairs that are kept.
 const KEPT: usize = 96;
-/// Hypotheses of the same effects with other shapes that are kept.
+/// Hypotheses of the same effects, in other shapes, that are kept.
 pub(crate) const ALIKE: usize = 2;
 
 /// One effect of a hypothesis: which variant, and which of its columns.

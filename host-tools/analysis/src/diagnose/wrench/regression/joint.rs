@@ -31,9 +31,9 @@ pub(crate) struct Smooth {
     pub kappa: f64,
 }
 
-/// All logs with their common regression.
+/// All logs with one regression.
 pub(crate) struct Joint {
-    /// The logs; those of the fit come first.
+    /// The logs; the first ones are those of the fit.
     pub logs: Vec<PreparedLog>,
     /// Number of logs of the fit.
     pub fitted: usize,
@@ -542,7 +542,7 @@ impl Joint {
     }
 }
 
-/// What is left of one log.
+/// What is left of a log.
 pub(crate) struct Rest {
     /// Whitened.
     pub white: Column,

@@ -1,4 +1,4 @@
-//! Results that the searches of one diagnosis have computed before: the same hypotheses and columns come up again and again.
+//! What the searches of one diagnosis have computed before: they come upon the same hypotheses, and the same columns, again and again.
 
 use super::problem::Projected;
 use super::tested::Tested;

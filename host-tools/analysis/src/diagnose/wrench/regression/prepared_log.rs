@@ -25,7 +25,7 @@ pub(crate) struct PreparedLog {
     pub sheet_sigma: [f64; 6],
     /// Half a step of the readings, N or N·m; 0 where they are not visibly rounded.
     pub half_step: [f64; 6],
-    /// Its poses are the integral of its velocities: nobody has measured where the rig stands.
+    /// Its poses are the integral of its velocities: where a rig stands nobody has measured.
     pub has_own_origin: bool,
 }
 

@@ -12,7 +12,7 @@ use std::borrow::Borrow;
 /// A column is not determined if other columns leave less than this share of its square.
 const LEFT: f64 = 1e-6;
 
-/// The part of one log in a regression: its noise, and its rows that count.
+/// One log's part of a regression: its noise, and its rows that count.
 #[derive(Clone)]
 pub(crate) struct Segment {
     /// Autoregressive noise model of each axis.
@@ -33,7 +33,7 @@ pub(crate) struct Problem {
     spent: DVector<f64>,
     /// χ² with the nuisance parameters at their best, their priors included.
     pub chi2: f64,
-    /// The same for each log.
+    /// The same of each log.
     pub chi2_of_logs: Vec<f64>,
     /// Number of axes that were recorded. One that reads 0 throughout has no noise and is not among these.
     pub axes: usize,

@@ -117,7 +117,7 @@ impl<'a> Shaped<'a> {
         shaped
     }
 
-    /// Sets other shapes for a part.
+    /// Takes other shapes for a part.
     pub(crate) fn set(&mut self, i: usize, shapes: &[f64]) {
         self.shapes[i] = shapes.to_vec();
         self.white[i] = self.built(i, shapes, &[]);
@@ -378,7 +378,7 @@ impl<'a> Shaped<'a> {
         Some(each.into_iter().flat_map(|own| own.iter()).collect())
     }
 
-    /// Sets other shapes for all parts.
+    /// Takes other shapes for all parts.
     pub(super) fn set_all(&mut self, shapes: &[Vec<f64>]) {
         self.shapes = shapes.to_vec();
         for (i, own) in shapes.iter().enumerate() {

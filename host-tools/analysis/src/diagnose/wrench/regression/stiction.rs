@@ -33,7 +33,7 @@ pub(crate) fn without_stiction(scene: &Scene, counts: &[bool]) -> Vec<bool> {
     counts
 }
 
-/// First and last cycle of each interval in which a velocity sticks to zero.
+/// First and last cycle of each time in which a velocity sticks to zero.
 fn stuck(velocity: &[f64], cycle_s: f64) -> Vec<(usize, usize)> {
     let square: f64 = velocity.iter().map(|v| v * v).sum();
     let slow = SLOW * (square / velocity.len().max(1) as f64).sqrt();

@@ -122,7 +122,7 @@ impl Tested {
 mod tests {
     use super::*;
 
-    /// With parameters held there is more to explain, and what is left stays the same.
+    /// Held parameters leave more to explain, and what is left is the same.
     #[test]
     fn what_is_held_elsewhere_is_more_to_explain() {
         let tried = Tested {

@@ -237,7 +237,7 @@ fn variation(column: &Column) -> f64 {
     column.0.iter().map(of).sum()
 }
 
-/// Columns, each stored once, as some effects share columns.
+/// Columns, each stored once: different effects share some.
 #[derive(Default)]
 struct Store {
     columns: Vec<Column>,
@@ -308,7 +308,7 @@ fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
     })
 }
 
-/// All combinations of the shapes that are tried on such logs.
+/// All combinations of the shapes that are tried in such logs.
 fn combinations(effect: &LoadEffect, logs: Pace) -> Vec<Vec<f64>> {
     let mut all: Vec<Vec<f64>> = vec![Vec::new()];
     for shape in &effect.shapes {
@@ -384,7 +384,7 @@ mod tests {
         Joint::new(phases.map(swinging).into(), 1, &Arc::new(Memo::default()))
     }
 
-    /// Strokes from one end to the other: a spring that rests at the first position would pull the other way in each direction.
+    /// Strokes from one end to the other: a spring that rests at the first position would pull another way in each direction.
     #[test]
     fn a_spring_rests_where_logs_begin_unless_these_are_opposite_ends() {
         let rests_at_start = |phases| {

@@ -19,13 +19,13 @@ const ACCELERATION: usize = 6;
 const DEPTH: usize = 6;
 /// Most functions of time in one log.
 const TIME: usize = 12;
-/// Share of the largest speed over which the direction of motion turns round.
+/// Share of the largest speed below which the direction of motion is not sure.
 const SLOW: f64 = 0.02;
 /// The remainder may follow time up to the frequency below which this share of the motion's power lies. Faster functions of time
 /// would follow the strokes, and swallow what acts in them.
 const SLOWEST: f64 = 0.1;
 
-/// One function of the motion: a column for each log.
+/// A function of the motion: a column for each log.
 pub(super) type Function = Vec<Column>;
 
 /// The quantity on which the functions of a group depend.
@@ -286,7 +286,7 @@ impl Motion {
         }
     }
 
-    /// How many functions of time are slower than the motion.
+    /// How many half periods of time are slower than the motion.
     fn slower_functions(&self) -> usize {
         let power = periodogram(&self.velocity);
         let total: f64 = power.iter().sum();

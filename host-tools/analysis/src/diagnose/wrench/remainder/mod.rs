@@ -217,7 +217,7 @@ struct Regression {
 struct Fit {
     /// 2 ln of the evidence for the remainder, with the effects at their best amounts.
     evidence: f64,
-    /// Precision (one over the variance) of each group.
+    /// One over the variance of each group.
     precisions: Vec<f64>,
 }
 

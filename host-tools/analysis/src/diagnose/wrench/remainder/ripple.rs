@@ -27,7 +27,7 @@ const FINER: usize = 2;
 const BESIDE: usize = 16;
 /// Precision of the period, as a share of the distance between two lines.
 const PRECISE: f64 = 1e-3;
-/// Most lines of one axis that are considered: those of the teeth, their fractions and multiples.
+/// Most lines of one axis that are looked at: the teeth, their fractions and multiples.
 const MOST: usize = 4;
 /// Share of the residual's square from which a ripple is reported.
 const SHARE: f64 = 0.05;
@@ -214,7 +214,7 @@ fn of_rests(axis: Axis, mut rests: Vec<Rest>) -> Vec<Ripple> {
     all
 }
 
-/// The period near a line with which least is left.
+/// The period with which least is left, near a line.
 fn refined(rests: &[Rest], (line, within): (f64, f64)) -> f64 {
     let left = |rate: f64| -> f64 {
         let of = |rest: &Rest| {
@@ -228,7 +228,7 @@ fn refined(rests: &[Rest], (line, within): (f64, f64)) -> f64 {
     rate.recip()
 }
 
-/// The lines that are looked for: how many, and over which range of positions.
+/// The lines that are looked for: their number, and the range of positions.
 struct Grid {
     low: f64,
     travel: f64,

@@ -170,7 +170,7 @@ impl Work<'_> {
         each.iter().all(|own| own.wrong.is_empty()) && more > MOST * (chi2 - common)
     }
 
-    /// By how much χ² of each log falls with its own amounts.
+    /// By how much χ² of each log falls with amounts of its own.
     fn gains(&self, each: &[Tested]) -> Vec<f64> {
         let problem = &self.joint.problem;
         let parts = self.contributions(each);
@@ -290,7 +290,7 @@ mod tests {
         assert!(spring.is_of_all());
     }
 
-    /// Half as much again differs, a third more does not; nor does a small cosine beside a sine of 2 N·m.
+    /// Half as much again differs, a third does not; a small cosine beside a sine of 2 N·m does not.
     #[test]
     fn amounts_differ_by_what_all_of_a_unit_are() {
         assert!(differs(&[("force_n", "N", [1.0, 1.55])]));

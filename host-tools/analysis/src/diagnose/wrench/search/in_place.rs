@@ -1,4 +1,4 @@
-//! Hypotheses with another effect in the place of an accepted one.
+//! What else may stand in the place of what was found.
 
 use super::model_selection::{Rival, rivals};
 use super::{TRIED_LATER, Work, without};

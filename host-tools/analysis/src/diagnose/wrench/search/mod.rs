@@ -38,8 +38,8 @@ const TRIED: usize = 12;
 const TRIED_LATER: usize = 3;
 /// Starts of a climb, each with other effects.
 const STARTS: usize = 2;
-/// Steps after which a climb is ended. To add [`MOST`] effects and to exchange each once takes half of them; of 43 logs with up
-/// to three effects none takes more than 4 steps.
+/// Steps after which a climb is ended. To add [`MOST`] effects and to exchange each once takes half of
+/// them; of 43 logs with up to three effects none takes more than 4.
 const STEPS: usize = 4 * MOST;
 /// Gain in χ² below which a hypothesis is not looked at again.
 const NEGLIGIBLE_GAIN: f64 = 15.0;
@@ -78,7 +78,7 @@ pub(crate) struct Disagreement {
 pub(crate) struct Ask<'a> {
     /// Effects that are in the model already, or not to be tried.
     pub excluded: &'a dyn Fn(&str) -> bool,
-    /// Take the best hypothesis even if it is not significant.
+    /// The best hypothesis is taken although it is not significant.
     pub forced: bool,
     /// Also ask whether the logs disagree.
     pub each_log: bool,
@@ -311,7 +311,7 @@ impl Work<'_> {
             .collect()
     }
 
-    /// Single effects and pairs, best first.
+    /// Effects alone and in pairs, best first.
     fn first(&self) -> Vec<Tested> {
         let singles = self.whole(with_one_more(self.library, &[], self.price));
         let doubles = self.whole(pairs(self.library, self.price));

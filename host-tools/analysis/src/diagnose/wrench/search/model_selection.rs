@@ -23,7 +23,7 @@ pub(crate) struct Rival {
     pub id: &'static str,
     /// Ids of the effects beside which both were fitted.
     pub beside: Vec<String>,
-    /// Gain of the effect beside the others, on each log.
+    /// What the effect gains beside the others on each log.
     pub gain: Vec<f64>,
     /// Gain of the rival in its place, on each log.
     pub gain_of_rival: Vec<f64>,

@@ -117,7 +117,7 @@ impl Work<'_> {
 
 /// Whether each axis of a log moves in both directions, or not at all.
 pub(super) fn moves_both_ways(log: &PreparedLog) -> bool {
-    /// Smallest share of the path that has to go back. Set by hand.
+    /// Least share of the way that goes back. Set by hand.
     const BACK: f64 = 0.1;
     let mut ways = [[0.0; 2]; 6];
     for motion in log.scene.motion.iter() {

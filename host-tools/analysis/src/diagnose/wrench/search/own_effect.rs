@@ -13,7 +13,7 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 use softdock_physics::model::load::effects::Sign;
 
-/// An effect, and the constant beside it.
+/// An effect with a constant beside it.
 struct Beside {
     parts: [Part; 2],
     /// Fall of χ² with own amounts for each log, less the price of these.
