@@ -158,8 +158,8 @@ impl Found {
     }
 }
 
-/// Late effects that may be tried, each with the upper end of its searched range. None if an effect of the answer or of the model
-/// is late already.
+/// Late effects that may be tried, each with the upper end of its searched range. Empty if an effect of the answer or of the
+/// model is late already.
 fn late_effects(
     model: &Model,
     wrench: &WrenchFinding,

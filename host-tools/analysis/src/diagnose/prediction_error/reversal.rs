@@ -10,8 +10,8 @@ use softdock_physics::model::Model;
 use softdock_physics::model::load::effects::LEVEL;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
-/// Gives one of the dry frictions the transition speed with which least squares leave least on the logs of the fit. `None` if that does
-/// not foretell unseen data better, too. The sharpness of a reversal shows in the fast part of a reading, where the likelihood
+/// Gives one of the dry frictions the transition speed with which least squares leave least on the logs of the fit. `None` if that
+/// does not foretell unseen data better, too. The sharpness of a reversal shows in the fast part of a reading, where the likelihood
 /// fits other errors of form. `speed` is the largest rms speed of the logs.
 pub(crate) fn with_reversals(
     model: &Model,
@@ -37,8 +37,8 @@ pub(crate) fn is_dry(id: &str) -> bool {
 }
 
 /// The effects with that transition speed of one of the frictions with which least squares leave least on the logs of the fit;
-/// `None` if that is not less than `least`. With `anew` there are many sets of effects, so fewer speeds are tried, and intervals do not include those of
-/// earlier fits.
+/// `None` if that is not less than `least`. With `anew` there are many sets of effects, so fewer speeds are tried, and intervals do
+/// not include those of earlier fits.
 pub(crate) fn best_reversal(
     model: &Model,
     recordings: &Logs<&Recording>,

@@ -186,7 +186,7 @@ impl Work<'_> {
     }
 
     /// Adds effects that explain no more than errors of form of the others could, but without which the unseen logs are foretold
-    /// much worse: an error of form would be another one in another motion.
+    /// much worse: an error of form would differ in another motion.
     pub(crate) fn with_small(&self, accepted: Tested) -> Tested {
         /// Most effects, those included.
         const MOST_IN_ALL: usize = 8;
