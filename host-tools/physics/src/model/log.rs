@@ -157,11 +157,18 @@ impl Log {
         })
     }
 
-    /// The wrench, if a motion was logged under one that never changes, as under a constant command.
+    /// The wrench, if a motion was logged under one that never changes, as under a constant command. Rows at rest without any load,
+    /// as before a step of the command, do not count: they say nothing but that.
     pub fn constant_wrench(&self) -> Option<[f64; 6]> {
-        let first = self.wrench.each_ref().map(|series| series[0]);
+        let row = |series: &[Vec<f64>; 6], n: usize| series.each_ref().map(|series| series[n]);
+        let stands = |n: &usize| row(&self.executed, *n) == [0.0; 6];
+        let mut loads = (0..self.cycle_count())
+            .filter(|n| !stands(n) || row(&self.wrench, *n) != [0.0; 6])
+            .map(|n| row(&self.wrench, n));
+        let first = loads.next()?;
         let moves = is_measured(self.executed.iter().flatten().copied());
-        (moves && is_measured(first.into_iter()) && !self.wrench_changes).then_some(first)
+        let is_constant = !self.wrench_changes || loads.all(|load| is_same_wrench(first, load));
+        (moves && is_measured(first.into_iter()) && is_constant).then_some(first)
     }
 
     /// Number of cycles.

@@ -111,7 +111,7 @@ fn untestable(stages: &Stages, stands_still: bool) -> &'static str {
         return "The logs cannot say what is missing: the rig stands still in them. Record a run in which it moves.";
     }
     if stages.logs.have_one_load() {
-        return "The logs cannot say what is missing: the load is the same from beginning to end, and whatever predicts a constant \
+        return "The logs cannot say what is missing: the load of what moves is the same from beginning to end, and whatever predicts a constant \
                 from the motion has a small error. Record runs in which it changes, or several with a constant load that differ in \
                 it; effects that you know are there are fitted by name (softdock add EFFECT EFFECT ..), and the error simulated \
                 forward says how right they are.";

@@ -39,6 +39,8 @@ pub(crate) struct Line {
     pub hz: f64,
     /// First cycle of the piece, and its length.
     pub at: (usize, usize),
+    /// Sum of squares of the series that the peak accounts for: a sine wave has two lines in a spectrum, of which one is counted.
+    pub squares: f64,
 }
 
 /// Results of the tests on one series.
@@ -52,6 +54,8 @@ pub(crate) struct Structure {
     pub burst: f64,
     /// First cycle of the strongest window, and its length.
     pub burst_at: (usize, usize),
+    /// Sum of squares of the series in the strongest window.
+    pub burst_squares: f64,
     /// Strongest peak over the whole spectrum of its piece.
     pub line: Line,
     /// Strongest peak that also exceeds the frequencies beside it: behind the filter of an import, all slow parts exceed the rest
@@ -99,12 +103,15 @@ impl Structure {
         // The median of an exponential variable is ln 2 times its mean.
         let usual = usual(power.clone()) / std::f64::consts::LN_2;
         let (burst, burst_at) = strongest_window(white, cycle_s);
+        let (first, length) = burst_at;
+        let in_burst = &white[first..first + length];
         let [line, narrow] = strongest_lines(cutoff_hz, white, cycle_s);
         Self {
             slow: slow / usual.max(1e-12) / most_of_bins(slow_bins).max(SLOW),
             slow_hz: SLOW_HZ.min(slow_bins as f64 * bin_hz),
             burst,
             burst_at,
+            burst_squares: in_burst.iter().map(|w| w * w).sum(),
             line,
             narrow,
             count: white.len(),
@@ -142,13 +149,15 @@ impl Structure {
         self.strongest().1
     }
 
-    /// First cycle and length of the place where the residual is strongest, and the test that fires there, in words.
+    /// First cycle and length of the place where the residual is strongest, and the test that fires there, in words. A line that
+    /// stands out of a quiet piece is not what is said of a residual with a burst of more power elsewhere.
     pub(crate) fn strongest(&self) -> ((usize, usize), String) {
         let whole = (0, self.length);
-        if self.narrow.over_usual > LINE {
+        let bursts = self.burst > 1.0;
+        if self.narrow.over_usual > LINE && !(bursts && self.burst_squares > self.narrow.squares) {
             let line = format!("a spectral line at {:.1} Hz", self.narrow.hz);
             (self.narrow.at, line)
-        } else if self.burst > 1.0 {
+        } else if bursts {
             (self.burst_at, "bursts".to_owned())
         } else if self.slow > 1.0 {
             (
@@ -236,6 +245,7 @@ fn strongest_lines(cutoff_hz: f64, white: &[f64], cycle_s: f64) -> [Line; 2] {
                 over_usual: p / of_all.max(1e-12),
                 hz: (k + 1) as f64 * bin_hz,
                 at: (n * length, length),
+                squares: 2.0 * p,
             };
             if line.over_usual > strongest.over_usual {
                 strongest = line;
@@ -282,6 +292,30 @@ mod tests {
         assert!(words(&band).starts_with("a band near"), "{}", words(&band));
         let both = [&band[..], &[(100.0, 2.0)]].concat();
         assert_eq!(words(&both), "a spectral line at 100.0 Hz");
+    }
+
+    /// A weak wave throughout the log, and a fault of half a second that holds nearly all of the power.
+    #[test]
+    fn a_line_does_not_hide_a_burst_with_more_power() {
+        let wave = |n: usize| 2.0 * (TAU * 0.2 * n as f64).sin();
+        let mut series: Vec<f64> = white(5, 10_000)
+            .into_iter()
+            .enumerate()
+            .map(|(n, noise)| noise + wave(n))
+            .collect();
+        assert_eq!(
+            Structure::of(&series, 0.002, 1.0).words(),
+            "a spectral line at 100.0 Hz"
+        );
+        series[2000..2250]
+            .iter_mut()
+            .for_each(|value| *value += 50.0);
+        let ((from, length), words) = Structure::of(&series, 0.002, 1.0).strongest();
+        assert_eq!(words, "bursts");
+        assert!(
+            (1990..2250).contains(&from) && length < 250,
+            "{from}, {length}"
+        );
     }
 
     fn white(seed: u64, count: usize) -> Vec<f64> {

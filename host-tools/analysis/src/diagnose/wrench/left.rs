@@ -10,7 +10,7 @@ use softdock_physics::model::load::Column;
 use softdock_physics::model::{Axis, Channel};
 
 /// Share of the error that may be left without being called structure.
-const REMAINDER: f64 = 0.01;
+pub(crate) const REMAINDER: f64 = 0.01;
 /// The same where each effect stands beside a smooth remainder. Set by hand, not calibrated: friction laws of real joints leave
 /// about 3 %; imitations of effects outside the catalogue leave at least 4 % and mostly more than 10 % (`softdock bench diagnose
 /// --seed 3`), so that one of them is named. Set by hand, too, for the servo of a machine that is no docking rig: on public logs

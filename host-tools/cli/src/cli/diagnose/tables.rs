@@ -144,13 +144,18 @@ pub(in crate::cli) fn parameters(parameters: &Parameters) -> Table {
 }
 
 fn hypotheses(diagnosis: &Diagnosis) -> Table {
-    let mut table = Table::new(vec![
+    let later = diagnosis.ranked.iter().any(|one| !one.beside.is_empty());
+    let mut columns = vec![
         Column::text("Effects"),
         Column::text("Channel"),
         Column::number("χ² falls, fit", ""),
         Column::number("unseen", ""),
         Column::text("Refused because"),
-    ]);
+    ];
+    if later {
+        columns.insert(1, Column::text("Beside"));
+    }
+    let mut table = Table::new(columns);
     for ranked in &diagnosis.ranked {
         let named = ranked.effects.iter().all(|e| diagnosis.effects.contains(e));
         let effects = Cell::text(ranked.effects.join(" + "));
@@ -159,13 +164,17 @@ fn hypotheses(diagnosis: &Diagnosis) -> Table {
             None if named => effects.marked(Mark::Good),
             None => effects,
         };
-        table.push(vec![
+        let mut row = vec![
             effects,
             Cell::text(ranked.channel.name()),
             Cell::formatted(ranked.gain_train, Format::Fixed(0)),
             Cell::formatted(ranked.gain_test, Format::Fixed(0)),
             Cell::text(ranked.refused.as_deref().unwrap_or_default()),
-        ]);
+        ];
+        if later {
+            row.insert(1, Cell::text(ranked.beside.join(" + ")));
+        }
+        table.push(row);
     }
     table.explained(
         "✓ named, alone or with others; ✗ refused; what unmarked ones have more than the answer is not worth its price, unless a \

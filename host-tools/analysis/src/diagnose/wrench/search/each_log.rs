@@ -3,8 +3,9 @@
 
 use super::{Disagreement, Work};
 use crate::diagnose::evidence::{self, DIFFERS, MOST};
-use crate::diagnose::wrench::left;
+use crate::diagnose::wrench::left::{self, REMAINDER};
 use crate::diagnose::wrench::regression::fit::fitted_to;
+use crate::diagnose::wrench::regression::gram::dot;
 use crate::diagnose::wrench::regression::hypothesis::{Hypothesis, Part, evaluate};
 use crate::diagnose::wrench::regression::shaped::Care;
 use crate::diagnose::wrench::regression::tested::Tested;
@@ -15,8 +16,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 impl Disagreement {
     pub(super) fn new(id: &'static str, each: &[Tested]) -> Self {
+        // A log of which the fit explains nothing has no amount; the fit hands on the common one.
         let of_log = |own: &Tested| {
-            let effect = own.effects.iter().find(|effect| effect.id == id);
+            let mut effects = own.effects.iter().filter(|_| own.gain > 0.0);
+            let effect = effects.find(|effect| effect.id == id);
             effect.map_or_else(BTreeMap::new, |effect| effect.parameters.clone())
         };
         let each: Vec<BTreeMap<_, _>> = each.iter().map(of_log).collect();
@@ -88,7 +91,7 @@ impl Work<'_> {
         let mut all: Vec<Disagreement> = one
             .iter()
             .map(|h| (self.ids(h), self.of_each_log(h)))
-            .filter(|(_, each)| self.leave_nothing(each))
+            .filter(|(_, each)| is_physical_where_it_shows_most(each) && self.leave_nothing(each))
             .flat_map(|(ids, each)| ids.into_iter().map(move |id| Disagreement::new(id, &each)))
             .collect();
         let Some(accepted) = accepted else {
@@ -103,17 +106,37 @@ impl Work<'_> {
             return all;
         };
         let each = self.of_each_log(&same);
-        let of = |effect: &&'static str| Disagreement::new(effect, &each);
+        let counts = |id: &&&'static str| self.counts(id, &each);
+        let of = |id: &&'static str| Disagreement::new(id, &each);
         if leaves_a_log && self.is_of_other_logs(accepted, &each) {
             let ids = accepted.effects_in_order();
-            all.extend(ids.iter().map(of).filter(Disagreement::differs));
-        } else if self.leave_nothing(&each) {
-            all.extend(differing.iter().map(of).filter(Disagreement::differs));
+            let ids = ids.iter().filter(counts);
+            all.extend(ids.map(of).filter(Disagreement::differs));
+        } else if is_physical_where_it_shows_most(&each) && self.leave_nothing(&each) {
+            let ids = differing.iter().filter(counts);
+            all.extend(ids.map(of).filter(Disagreement::differs));
         } else if self.explain_most(accepted, &each) {
-            let differing = differing.iter().map(of);
-            all.extend(differing.filter(|one| one.differs() && one.is_of_all()));
+            let ids = differing.iter().filter(counts).map(of);
+            all.extend(ids.filter(|one| one.differs() && one.is_of_all()));
         }
         all
+    }
+
+    /// Whether an effect, with each log's own amounts, does more to the reading of any log than may be left of it without being called
+    /// structure.
+    fn counts(&self, id: &str, each: &[Tested]) -> bool {
+        let problem = &self.joint.problem;
+        let parts = each.iter().zip(&self.joint.logs).map(|(own, log)| {
+            let effect = own.effects.iter().find(|effect| effect.id == id);
+            effect.map_or_else(Column::default, |effect| own.part(&log.scene, effect))
+        });
+        let parts: Vec<Column> = parts.collect();
+        let white = problem.whitened(&parts.iter().collect::<Vec<_>>());
+        let mut logs = problem.chi2_of_logs.iter().enumerate();
+        logs.any(|(log, chi2)| {
+            let part = problem.part(&white, log);
+            dot(&part, &part) > REMAINDER * chi2
+        })
     }
 
     /// Effects of which one log shows half as much again as the others, in the sense of [`DIFFERS`], with enough evidence for it.
@@ -252,6 +275,12 @@ impl Work<'_> {
         let explained = accepted.map_or(0.0, |t| t.gain);
         (best.evidence > common + self.joint.threshold(explained)).then_some(best)
     }
+}
+
+/// Whether physics allows the amounts of the log that an effect explains most of.
+fn is_physical_where_it_shows_most(each: &[Tested]) -> bool {
+    let most = each.iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
+    most.is_some_and(|own| own.wrong.is_empty())
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 
 use super::model_selection::with_forms_reselected;
 use super::{TRIED, Work, without};
-use crate::diagnose::evidence::{FORETELLS, NAMED};
+use crate::diagnose::evidence::{FORETELLS, NAMED, TOLD_APART};
 use crate::diagnose::wrench::regression::fit::fitted_to;
 use crate::diagnose::wrench::regression::hypothesis::{Hypothesis, Part, evaluate, with_one_more};
 use crate::diagnose::wrench::regression::shaped::Care;
@@ -103,6 +103,27 @@ impl Work<'_> {
                     .collect(),
             };
         }
+    }
+
+    /// The answer itself, or of the hypotheses that were tried the likeliest one that is better in every respect: it has no more
+    /// parameters, more evidence by odds of [`TOLD_APART`], and foretells the unseen logs better. The replacements of
+    /// [`Self::settled`] go from one answer to the next and may end beside such a hypothesis.
+    pub(crate) fn undominated(&self, accepted: Tested, tried: &[Tested]) -> Tested {
+        let Some(gain) = self.foretold(self.parts(&accepted)) else {
+            return accepted;
+        };
+        let mut better: Vec<&Tested> = tried
+            .iter()
+            .filter(|t| t.parameters <= accepted.parameters && self.is_possible(t))
+            .filter(|t| t.evidence > accepted.evidence + TOLD_APART)
+            .collect();
+        better.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        let foretells = |t: &&&Tested| {
+            let foretold = self.foretold(self.parts(t));
+            foretold.is_some_and(|foretold| foretold > gain) && !self.is_forbidden_when_estimated(t)
+        };
+        let best = better.iter().find(foretells);
+        best.map_or(accepted, |best| (*best).clone())
     }
 
     /// The hypothesis itself if it is possible. Else the best possible one of the same effects in other forms, or without one of

@@ -262,6 +262,7 @@ impl Work<'_> {
             settled.as_ref().is_none_or(|settled| settled.1) && ends.iter().all(|end| end.1);
         let ended_after = (!came_to_end).then_some(STEPS);
         let mut accepted = settled.and_then(|settled| settled.0);
+        accepted = accepted.map(|accepted| self.undominated(accepted, &ranked));
         if ask.forced && accepted.is_none() {
             accepted = ranked.iter().find(|t| t.wrong.is_empty()).cloned();
         }
