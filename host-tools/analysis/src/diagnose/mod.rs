@@ -25,6 +25,7 @@ mod answer;
 mod body;
 mod catalogue;
 mod clock;
+mod conclusion;
 pub(crate) mod evidence;
 mod finding;
 mod logs;
@@ -47,13 +48,11 @@ use crate::held_back::{all_held_back, are_of_one_log};
 use crate::levels::ChannelLevels;
 use answer::outcome::Outcome;
 use anyhow::{bail, ensure};
-use prediction_error::for_prediction::Errors;
-use prediction_error::foresight::Foresight;
+use conclusion::Asking;
 use question::Question;
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 use softdock_physics::model::prediction::Prediction;
-use stages::Stages;
 use std::time::Instant;
 use watch::Watch;
 use wrench::finding::WrenchFinding;
@@ -250,7 +249,13 @@ fn ask(
         .as_ref()
         .map_or_else(|| pieces.clone(), Logs::map_refs);
     let unseen = !test.is_empty();
-    let (stages, outcome) = concluded(model, &recordings, unseen, question, progress)?;
+    let asking = Asking {
+        model,
+        recordings: &recordings,
+        unseen,
+        question,
+    };
+    let (stages, outcome) = asking.concluded(progress)?;
     let much_is_left = stages.wrench.as_ref().is_some_and(much_is_left);
     let is_whole = outcome.diagnosis.verdict == Verdict::Named && cut.is_none();
     let left = match is_whole && much_is_left {
@@ -277,56 +282,6 @@ fn ask(
         before_prediction: stages.before.shown().clone(),
         after_prediction: outcome.predictions.shown().clone(),
     })
-}
-
-/// Runs the stages and draws the conclusion. Then each tie is searched among its own effects, and the first one that is
-/// [better](Foresight::is_better_than) than the answer takes its place. Not where logs disagree, as none of these foretells
-/// another.
-fn concluded(
-    model: &Model,
-    recordings: &Logs<&Recording>,
-    unseen: bool,
-    question: &Question<'_>,
-    progress: &dyn Fn(f64, &str),
-) -> anyhow::Result<(Stages, Outcome)> {
-    let stages = stages::run(model, recordings, question, progress)?;
-    progress(0.95, "drawing the conclusion");
-    let outcome = answer::outcome::conclude(model, recordings, &stages, unseen, question)?;
-    let disagree = outcome.diagnosis.verdict == Verdict::LogsDisagree;
-    let ties = match disagree || question.is_asked() || question.among.is_some() {
-        true => Vec::new(),
-        false => prediction_error::for_prediction::better_ties(model, recordings, &stages)?,
-    };
-    let explains = |outcome: &Outcome| outcome.diagnosis.verdict == Verdict::Named;
-    for (tried, ids) in ties.iter().enumerate() {
-        progress(
-            0.95,
-            &format!(
-                "searching what is not told apart, {} of {}",
-                tried + 1,
-                ties.len()
-            ),
-        );
-        let among = Question {
-            among: Some(ids),
-            ..*question
-        };
-        let mut other_stages = stages::run(model, recordings, &among, &|_, _| {})?;
-        if let (Some(wrench), Some(tried)) = (&mut other_stages.wrench, &stages.wrench) {
-            wrench.remember(tried);
-        }
-        let other = answer::outcome::conclude(model, recordings, &other_stages, unseen, question)?;
-        let [now, then] = [&outcome, &other].map(|one| {
-            let errors = Errors::of_predictions(&one.predictions);
-            Foresight::new(&one.after, errors, recordings.test())
-        });
-        // A tie whose simulated motion is better may not take a name away unless its error at each instant is smaller, too.
-        let may = explains(&other) || !explains(&outcome) || then.foretells_better_than(&now);
-        if may && then.is_better_than(&now) {
-            return Ok((other_stages, other));
-        }
-    }
-    Ok((stages, outcome))
 }
 
 /// Notes with what a comparison says of the model with the named effects: on the log of the fit and the unseen log with the

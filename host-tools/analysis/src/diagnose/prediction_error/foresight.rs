@@ -2,7 +2,7 @@
 
 use super::for_prediction::Errors;
 use crate::compare::free_simulation::simulate;
-use crate::diagnose::evidence::{FORETELLS, MOVES, RISES};
+use crate::diagnose::evidence::{FORETELLS, MOVES, RISES, RUNS_OFF};
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 use softdock_physics::model::prediction::signals::Signals;
@@ -50,28 +50,51 @@ impl<'a> Foresight<'a> {
     /// error (squared), while neither error at each instant is much larger. At a measured instant a spring that acts late equals
     /// a damper; in a simulated motion it does not.
     pub(crate) fn moves_better_than(&self, other: &Self) -> bool {
-        let [own, others] = [self, other].map(|one| &one.errors);
-        let nearly =
-            own.unseen < FORETELLS * others.unseen && own.of_fit < FORETELLS * others.of_fit;
-        let error = |one: &Self| *one.simulated.get_or_init(|| one.simulated());
-        let is_less = |own: f64| own < 1.0 && error(other).is_some_and(|other| own < MOVES * other);
-        nearly && error(self).is_some_and(is_less)
+        let is_less = |own: f64| {
+            other
+                .off_by()
+                .is_some_and(|other| own.powi(2) < MOVES * other.powi(2))
+        };
+        let moves = || self.off_by().is_some_and(|own| own < 1.0 && is_less(own));
+        self.is_nearly_as_good_as(other) && moves()
     }
 
-    /// Mean squared error of the simulated motion on unseen logs, relative to the motion. Infinite if the simulation runs away;
-    /// `None` if no recorded force drives a single axis, or an effect cannot be simulated.
-    fn simulated(&self) -> Option<f64> {
-        let of = |recording: &&Recording| {
-            let signals = Signals::new(recording).ok()?;
-            match simulate(self.model, &signals)? {
-                Ok(free) => Some(free.relative.powi(2)),
-                Err(none) => none.runs_away.then_some(f64::INFINITY),
-            }
-        };
-        let each: Option<Vec<f64>> = self.unseen.iter().map(of).collect();
-        let each = each.filter(|each| !each.is_empty())?;
-        Some(each.iter().sum::<f64>() / each.len() as f64)
+    /// Whether its simulated motion stays with the machine, while that of the other one [runs off](RUNS_OFF), and it predicts each
+    /// instant about as well. A controller that makes the command from the position looks like a force by position, of the sign
+    /// that drives away what is there.
+    pub(crate) fn stays_where_runs_off(&self, other: &Self) -> bool {
+        let stays = |own: f64, other: f64| other > RUNS_OFF && own * RUNS_OFF < other;
+        let is_closer = || Some(stays(self.off_by()?, other.off_by()?));
+        self.is_nearly_as_good_as(other) && is_closer() == Some(true)
     }
+
+    /// Whether neither error at each instant is larger than the other one's by the factor [`FORETELLS`].
+    fn is_nearly_as_good_as(&self, other: &Self) -> bool {
+        let [own, others] = [self, other].map(|one| &one.errors);
+        own.unseen < FORETELLS * others.unseen && own.of_fit < FORETELLS * others.of_fit
+    }
+
+    /// See [`off_by`].
+    pub(crate) fn off_by(&self) -> Option<f64> {
+        *self
+            .simulated
+            .get_or_init(|| off_by(self.model, self.unseen))
+    }
+}
+
+/// Rms error of the simulated motion on some logs, relative to the rms motion. Infinite if a simulation runs away; `None` if no
+/// recorded force drives a single axis, or an effect cannot be simulated.
+pub(crate) fn off_by(model: &Model, recordings: &[&Recording]) -> Option<f64> {
+    let square = |recording: &&Recording| {
+        let signals = Signals::new(recording).ok()?;
+        match simulate(model, &signals)? {
+            Ok(free) => Some(free.relative.powi(2)),
+            Err(none) => none.runs_away.then_some(f64::INFINITY),
+        }
+    };
+    let each: Option<Vec<f64>> = recordings.iter().map(square).collect();
+    let each = each.filter(|each| !each.is_empty())?;
+    Some((each.iter().sum::<f64>() / each.len() as f64).sqrt())
 }
 
 #[cfg(test)]
