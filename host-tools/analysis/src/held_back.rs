@@ -1,4 +1,4 @@
-//! Parts of a recording.
+//! Parts of a recording: what is fitted, and the end that is held back as unseen data.
 
 use softdock_app::record::CycleRecord;
 use softdock_io::recording::Recording;
@@ -8,14 +8,15 @@ use std::ops::Range;
 /// Share of a log that is held back where no unseen log is given.
 const HELD_BACK: f64 = 0.4;
 
-/// The beginning of a recording to fit on, and its end to judge on.
+/// Splits a recording into its beginning, which is fitted, and its end, on which the fit is judged.
 pub(crate) fn held_back(recording: &Recording) -> (Recording, Recording) {
     let count = recording.cycles.len();
     let at = count - (count as f64 * HELD_BACK) as usize;
     (part(recording, 0..at), part(recording, at..count))
 }
 
-/// That of each log, unless the end of one excites little of what its beginning does: then nothing is held back.
+/// [`held_back`] of each log. None if the end of any log excites too little of what its beginning does: then nothing is held
+/// back.
 pub(crate) fn all_held_back(logs: &[&Recording]) -> Option<Vec<(Recording, Recording)>> {
     let halves = logs.iter().map(|log| held_back(log));
     halves
@@ -23,7 +24,7 @@ pub(crate) fn all_held_back(logs: &[&Recording]) -> Option<Vec<(Recording, Recor
         .collect()
 }
 
-/// Whether what is held back excites what the beginning does.
+/// Whether the end moves at least a tenth as much as the beginning.
 fn moves_enough((beginning, end): &(Recording, Recording)) -> bool {
     /// Least motion of the end, as a share of that of the beginning.
     const ENOUGH: f64 = 0.1;
@@ -32,13 +33,14 @@ fn moves_enough((beginning, end): &(Recording, Recording)) -> bool {
     let travelled = (0..7).map(|k| travel([beginning, end].map(|part| &part.cycles[..]), k));
     let travelled = travelled.fold([0.0; 2], |sum, own| [sum[0] + own[0], sum[1] + own[1]]);
     match is_commanded(&beginning.cycles) {
-        // What stands at the end of its travel follows no command.
+        // A command may go on while the machine stands at the end of its travel: then the poses have to move as well.
         true => is_enough(of(true)) && (travelled[0] == 0.0 || is_enough(travelled)),
         false => is_enough(of(false)),
     }
 }
 
-/// How far a number of the poses goes in each of two parts, by what follows it with a play, so that noise adds nothing up.
+/// Distance that component `k` of the pose travels in each of two parts. It is that of a follower with play, so that noise does
+/// not add up.
 fn travel(parts: [&[CycleRecord]; 2], k: usize) -> [f64; 2] {
     /// The play, as a share of the whole range. Set by hand.
     const PLAY: f64 = 0.05;
@@ -70,7 +72,7 @@ pub(crate) fn is_commanded(cycles: &[CycleRecord]) -> bool {
     cycles.iter().any(sent)
 }
 
-/// How much changes: the commanded velocity, or without one the pose.
+/// Sum of absolute changes from cycle to cycle: of the commanded velocity, or, if not `commanded`, of the pose.
 pub(crate) fn motion(cycles: &[CycleRecord], commanded: bool) -> f64 {
     let changes = cycles.windows(2).map(|pair| {
         let (a, b) = (&pair[0].trace, &pair[1].trace);
@@ -84,10 +86,11 @@ pub(crate) fn motion(cycles: &[CycleRecord], commanded: bool) -> f64 {
     changes.filter(|c| c.is_finite()).sum()
 }
 
-/// Whether both are parts of one recording: those that an import makes of one table, or what is held back of one log.
+/// Whether a fitted and an unseen log are parts of one recording: an import has split one table, or the end of one log is held
+/// back.
 pub(crate) fn are_of_one_log(fitted: &[&Recording], unseen: &[&Recording]) -> bool {
-    /// What may lie between them, as a share of the earlier one: rows that a filter bends are left out, which of a short log is much.
-    /// Set by hand: trims of 20 ms leave an eighth of a log of 0.34 s.
+    /// Longest gap between the two, as a share of the earlier one: rows that a filter distorts are left out there, which is much
+    /// of a short log. Set by hand: trims of 20 ms leave an eighth of a log of 0.34 s.
     const BETWEEN: f64 = 0.25;
     let ([fitted], [unseen]) = (fitted, unseen) else {
         return false;
@@ -106,10 +109,10 @@ pub(crate) fn are_of_one_log(fitted: &[&Recording], unseen: &[&Recording]) -> bo
     same && (follows(of_fit, of_unseen) || follows(of_unseen, of_fit))
 }
 
-/// Some of its rows, which know where the whole log begins.
+/// Some rows of a recording. Its header keeps where the whole log begins.
 pub(crate) fn part(recording: &Recording, range: Range<usize>) -> Recording {
     let mut header = recording.header.clone();
-    // Of fewer rows than signals need nothing is cut.
+    // A recording without signals (too few rows) keeps its header as it is.
     if let Ok(whole) = Signals::new(recording) {
         header.whole_turns = whole.whole_turns_at(range.start);
         header.began = (range.start > 0).then_some(whole.began).or(header.began);

@@ -27,7 +27,7 @@ impl ChannelLevels {
             let each = predictions.iter().map(|p| sum_of_squares(p, channel));
             let add = |all: (f64, usize), one: (f64, usize)| (all.0 + one.0, all.1 + one.1);
             let (squares, count) = each.fold((0.0, 0), add);
-            // Where nothing is predicted of what is judged there is no error to give.
+            // A wrench that is judged, but of which no row is predicted, has no error: NaN in place of 0.
             let is_judged = predictions.iter().any(|p| !p.judged(channel).is_empty());
             match (count, is_judged) {
                 (0, true) if channel == Channel::Wrench => f64::NAN,
@@ -42,8 +42,9 @@ impl ChannelLevels {
         }
     }
 
-    /// Root mean square over the channels that have noise, so that 1 is noise however many were measured. The model's
-    /// velocity has none of its own: its error counts, and is 0 with the right model.
+    /// Root mean square over the channels that have noise of their own, so that 1 means noise, however many channels were
+    /// measured. The model velocity has no such noise and is not counted; its squared error is in the sum, and is 0 with the
+    /// right model.
     pub fn rms(&self) -> f64 {
         let noisy = [self.executed_velocity, self.wrench, self.pose];
         let count = noisy.iter().filter(|z| **z > ROUND_OFF_SIGMA).count();
@@ -91,9 +92,9 @@ pub fn error(model: &Model, recordings: &[&Recording]) -> anyhow::Result<f64> {
     Ok(ChannelLevels::of(&predictions).rms())
 }
 
-/// Sum of squares over noise of a channel, and of how many values, as docking-rig-log/1 counts them: all cycles, of a wrench those that are
-/// predicted, of the pose its translations. What the digits of a log make of the model's velocity, which has no other noise, is no
-/// error.
+/// Sum of (residual / noise)² of a channel, and the number of its values, as docking-rig-log/1 counts them: all cycles; of the
+/// wrench those that are predicted; of the pose the translations alone. The model velocity has no noise but the rounding to a
+/// log's digits: its variance is subtracted from each squared residual.
 fn sum_of_squares(prediction: &Prediction, channel: Channel) -> (f64, usize) {
     let series = prediction.channel(channel);
     let judged = prediction.judged(channel).iter();
@@ -117,7 +118,7 @@ fn sum_of_squares(prediction: &Prediction, channel: Channel) -> (f64, usize) {
     (sum.max(0.0), count)
 }
 
-/// Variance of the difference of two values that are rounded to the digits of a log.
+/// Variance of the difference of two values that are both rounded to the digits of a log: 2 digit²/12. 0 if all values are 0.
 fn variance_of_digits(series: &ChannelPrediction, axis: Axis) -> f64 {
     let values: Vec<f64> = series
         .measured

@@ -6,7 +6,7 @@
 //! | `compare`, `levels` | where the error is, and how large |
 //! | `fit` | parameters of a model |
 //! | `diagnose` | what is missing |
-//! | `add` | what was found, into the model |
+//! | `add` | writes effects that were found into the model |
 
 pub mod add;
 pub mod compare;

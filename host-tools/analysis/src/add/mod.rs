@@ -1,4 +1,4 @@
-//! What was fitted or named goes into the model, and what the model had already is fitted anew beside it.
+//! Adds fitted or named effects to the model, and fits the effects that it had anew beside them.
 
 mod together;
 
@@ -17,10 +17,10 @@ use softdock_physics::model::{EffectModel, Model};
 /// What `add` says: the diagnosis, and what becomes of the model file.
 #[derive(Clone, Debug, Serialize)]
 pub struct Addition<'a> {
-    /// What was fitted, or named.
+    /// Effects that were fitted or named.
     #[serde(flatten)]
     pub diagnosis: &'a Diagnosis,
-    /// Parameters that the model had, fitted anew beside it.
+    /// Parameters that the model had before, fitted anew.
     #[serde(skip_serializing_if = "<[Refitted]>::is_empty")]
     pub moved: &'a [Refitted],
     /// The file was changed.
@@ -29,8 +29,8 @@ pub struct Addition<'a> {
     pub difference: &'a str,
 }
 
-/// Fits one effect, and beside it what the model had already: together they may show what one alone does not. `forced`:
-/// also if the data hardly shows it. What of the others moved is returned, too.
+/// Fits one effect. The effects that the model had are fitted anew beside it, as together they may show what one alone does not.
+/// `forced`: also if the evidence is too small. Returns the parameters of these other effects that changed, too.
 ///
 /// # Errors
 ///
@@ -59,13 +59,13 @@ pub fn add_effect(
     together::found_beside(model, &[id.to_owned()], logs, false)?.ok_or(alone)
 }
 
-/// Fits one effect as [`add_effect`] does, or several together, in the forms that suit the logs, and beside them what the model
-/// had already. What of the others moved is returned, too.
+/// Fits one effect as [`add_effect`] does, or several together in the forms that suit the logs. The effects that the model had
+/// are fitted anew beside them. Returns the parameters of these that changed, too.
 ///
 /// # Errors
 ///
-/// Those of [`add_effect`] and [`fit_effects`]; no effect, or one twice, or, of several that are not `forced`, one that does not pay
-/// for its parameters beside the others and without which unseen data is foretold as well.
+/// Those of [`add_effect`] and [`fit_effects`]; no effect, or one twice. Of several that are not `forced`: one whose evidence
+/// beside the others is too small and without which the error on unseen data is as small.
 pub fn add_effects(
     model: &Model,
     ids: &[String],
@@ -124,7 +124,8 @@ fn add_together(
     Ok((report, moved))
 }
 
-/// Why effects are refused with which no hypothesis was possible, as the end of a sentence; empty where all of them only do not pay.
+/// Reasons why effects are refused that no hypothesis could contain, as the end of a sentence. Empty where their evidence alone
+/// is too small.
 fn refused(report: &Report, missing: &[&String]) -> String {
     let why = |id: &String| {
         let ranked = report.diagnosis.ranked.iter();
@@ -140,7 +141,7 @@ fn refused(report: &Report, missing: &[&String]) -> String {
     missing.iter().filter_map(|id| why(id)).collect()
 }
 
-/// The model with what was named, in the digits of a model file, and the history.
+/// The model with the named effects, rounded as in a model file, and the history.
 pub fn model_after(model: &Model, report: &Report, names: &Names) -> Model {
     let mut after = model.clone();
     let diagnosis = &report.diagnosis;
@@ -189,8 +190,9 @@ fn in_digits(effect: &EffectModel) -> EffectModel {
     effect
 }
 
-/// Why what was fitted is not worth writing: the error on what is `judged`, unseen data where there is some, does not fall. All of it is judged together: a
-/// friction that one log shows on its way down alone hides half of a weight, and only both help.
+/// Why an addition should not be written: the error on what is `judged` (unseen data where there is some) does not fall. All
+/// steps are judged together: a friction that one log shows in one direction alone may stand for half of a weight, and only both
+/// together lower the error. None if the error falls.
 pub fn useless(steps: &[Step], judged: &str) -> Option<String> {
     let (first, last) = (steps.first()?, steps.last()?);
     let (before, after) = (first.judged(), last.judged());

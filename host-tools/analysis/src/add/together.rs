@@ -1,5 +1,5 @@
-//! What a model has already, fitted anew together with what is added: a weight that was found without an offset has taken a
-//! part of it.
+//! Fits the effects that a model has anew, together with those that are added: a weight that was found without an offset has
+//! absorbed a part of it.
 
 use crate::compare::sentence::listed;
 use crate::diagnose::{Estimate, Parameters, Report, evidence, fit_effect, fit_effects};
@@ -16,9 +16,10 @@ use std::collections::BTreeMap;
 /// A model whose effects were fitted together, and their parameters.
 type Fitted = (Model, Parameters);
 
-/// Fits the effects that the model had anew, together with what was fitted or named beside them, or several of these together: by
-/// least squares in the forms that they have, and of what the model had by a search that chooses the forms. The report says what foretells unseen data best, if that is not what it
-/// says already; what moved is returned. The nominal parameters stay.
+/// Fits the effects of a model anew, together with those that were fitted or named beside them, or several of the latter
+/// together. Two ways are tried: least squares in the forms that the effects have, and, if the model had fitted effects, a search
+/// that chooses the forms. If one of them foretells unseen data better than the report, it replaces the report's answer. Returns
+/// the parameters that the model had and that changed. Nominal parameters stay.
 ///
 /// # Errors
 ///
@@ -34,7 +35,7 @@ pub fn refit_beside(model: &Model, report: &mut Report, logs: &Logs) -> Result<V
     let mut ways = vec![refitted(&report.after, model.effects.len(), &train)?];
     if has_fitted {
         let (found, finds_all) = search(model, named, logs)?;
-        // What has seen the test foretells it too well.
+        // A fit that has used the rows of TEST cannot be compared by its error on them.
         if finds_all && found.diagnosis.of_all_logs.is_none() {
             ways.push((found.after, found.diagnosis.parameters));
         }
@@ -50,7 +51,7 @@ pub fn refit_beside(model: &Model, report: &mut Report, logs: &Logs) -> Result<V
     if !falls {
         return Ok(Vec::new());
     }
-    // Of the whole logs, of which a diagnosis may have looked at a part.
+    // Errors are those of the whole logs: a diagnosis may have used a stretch of each.
     let done = report.diagnosis.steps.iter().skip(1);
     let ids: Vec<String> = done.map(|step| step.effect.clone()).collect();
     report.diagnosis.steps = steps(model, &ids, &after, [&train, &test], logs)?;
@@ -66,14 +67,14 @@ pub fn refit_beside(model: &Model, report: &mut Report, logs: &Logs) -> Result<V
     Ok(moved(model, &parameters))
 }
 
-/// Effects that are refused while others are held, fitted together with these, if that foretells unseen data better by so much as
-/// names them, also than with the others fitted anew without them: a viscous friction that was fitted alone has taken all of a dry
-/// one, and more. A search chooses the forms; of what it does not find, least squares give the parameters of the plain ones.
-/// `forced`: whatever they foretell.
+/// Fits effects that are refused while the others are held together with these: a viscous friction that was fitted alone may have
+/// absorbed all of a dry one, and more. A search chooses the forms; effects that it does not find get their parameters by least
+/// squares in their plain forms. The result counts only if the error on unseen data falls by as much as a named effect needs,
+/// compared with the model before and with the others fitted anew without them; otherwise None. `forced`: it always counts.
 ///
 /// # Errors
 ///
-/// A recording that cannot be predicted; of what is forced an effect of which these logs determine nothing.
+/// A recording that cannot be predicted; of forced effects one of which these logs determine no parameter.
 pub(super) fn found_beside(
     model: &Model,
     ids: &[String],
@@ -143,7 +144,7 @@ fn by_least_squares(ids: &[String]) -> String {
     )
 }
 
-/// The error of both logs as one effect after the other is added, with the parameters that they have all together.
+/// Errors of all logs after each added effect. Every step has the parameters of the joint fit.
 fn steps(
     model: &Model,
     ids: &[String],
@@ -172,14 +173,15 @@ fn predictions(model: &Model, logs: &[&Recording]) -> Result<Vec<Prediction>> {
     logs.iter().map(|log| predict(model, log)).collect()
 }
 
-/// Whether the interval of any of its amounts leaves out 0.
+/// Whether the interval of at least one of its parameters excludes 0.
 pub(super) fn is_sure(report: &Report, id: &str) -> bool {
     let amounts = report.diagnosis.parameters.get(id);
     amounts.is_some_and(|all| all.values().any(|one| one.low * one.high > 0.0))
 }
 
-/// The model with effects as a search has found them; where it has not, as `logs` show them beside the ones before, and in their plain
-/// forms, in which they do nothing yet, where these show nothing.
+/// The model with the effects `ids` in the forms and values that a search has found. An effect that was not found is fitted to
+/// `logs` beside the ones before it, if there are `logs`; where that fails, it starts in its plain form with default values, in
+/// which it does nothing.
 fn with_all(model: &Model, ids: &[String], found: &Model, logs: Option<&Logs>) -> Result<Model> {
     let mut with = model.clone();
     for id in ids {
@@ -206,7 +208,7 @@ fn plain(model: &Model, id: &str) -> Result<EffectModel> {
     })
 }
 
-/// A search among all of them, which chooses their forms anew, and whether it finds them all.
+/// Searches all fitted and named effects together, which chooses their forms anew. Also returns whether all of them are found.
 fn search(model: &Model, named: &[String], logs: &Logs) -> Result<(Report, bool)> {
     let (fitted, others) = model
         .effects
@@ -226,8 +228,8 @@ fn search(model: &Model, named: &[String], logs: &Logs) -> Result<(Report, bool)
     Ok((found, finds_all))
 }
 
-/// What was fitted, and what stands from the place `new` on, in the form that they have, moved until they fit; what was
-/// written by hand stays.
+/// Least-squares fit of all effects that were fitted before, and of those with indices from `new` on, in the forms that they
+/// have. Effects that were written by hand stay.
 fn refitted(after: &Model, new: usize, train: &[&Recording]) -> Result<Fitted> {
     let is_open = |place: usize| place >= new || after.effects[place].was_fitted();
     if !(0..after.effects.len()).any(is_open) {
@@ -255,7 +257,7 @@ fn refitted(after: &Model, new: usize, train: &[&Recording]) -> Result<Fitted> {
     Ok((found.after, parameters))
 }
 
-/// What of a model's effects has another value now.
+/// Parameters of the model's effects whose values have changed.
 fn moved(model: &Model, now: &Parameters) -> Vec<Refitted> {
     let nothing = BTreeMap::new();
     let effects = model.effects.iter().flat_map(|effect| {
@@ -282,7 +284,7 @@ fn moved(model: &Model, now: &Parameters) -> Vec<Refitted> {
 mod tests {
     use super::*;
 
-    /// Those of a bearing have names and ranges of their own.
+    /// Effects of a bearing have other names and ranges.
     #[test]
     fn a_plain_form_is_one_that_a_model_file_may_hold() {
         for axis in ["x", "rx"] {

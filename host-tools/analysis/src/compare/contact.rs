@@ -11,7 +11,7 @@ const NOISE_FACTOR: f64 = 8.0;
 /// ... and above this share of the largest force, so that friction and errors of the zero are
 /// no contact.
 const PEAK_SHARE: f64 = 0.08;
-/// It ends below this share of the threshold; not much lower, or friction would hold it.
+/// It ends below this share of the threshold. A much lower share would let friction prolong it.
 const RELEASE_SHARE: f64 = 0.8;
 /// Cycles in a row above the threshold that make a contact, or below it that end one.
 const CONFIRM_CYCLES: usize = 3;
@@ -34,9 +34,9 @@ pub struct Contacts {
     pub list: Vec<Contact>,
     /// Force above which a contact begins, N.
     pub threshold_n: f64,
-    /// Largest force, spikes of one cycle aside, N.
+    /// Largest force without spikes of a single cycle, N.
     pub peak_n: f64,
-    /// Whether there is a force that may be one.
+    /// Whether the log has a force that may be that of a contact.
     pub looked_for: bool,
 }
 
@@ -45,7 +45,7 @@ pub(super) fn find(model: &Model, signals: &Signals<'_>) -> Contacts {
     let mut force = measured_contact_force(model, signals);
     let knows_any = !model.contact.walls.is_empty() || !model.contact.docking.is_empty();
     if model.sensor.wrench.drives() || !(signals.is_of_a_rig() || knows_any) {
-        // What moves an axis is no contact, nor is a force on a machine whose model has nothing to touch.
+        // A force that drives an axis is no contact, nor is one on a machine whose model has nothing to touch.
         force.fill(None);
     }
     let running = |n: usize| signals.cycles[n].trace.mode == Mode::Running;
@@ -61,7 +61,7 @@ pub(super) fn find(model: &Model, signals: &Signals<'_>) -> Contacts {
         .filter_map(|(n, f)| Some((n, (*f)? - zero)))
         .collect();
     let size: Vec<f64> = known.iter().map(|(_, f)| f.norm()).collect();
-    // The larger of two neighbours' smaller ones: a single spike is no contact.
+    // Maximum over pairs of neighbours of the smaller one: a single spike does not count.
     let peak_n = size.windows(2).map(|w| w[0].min(w[1])).fold(0.0, f64::max);
     let threshold_n =
         (NOISE_FACTOR * noise_n(&known, model.noise.force_n)).max(PEAK_SHARE * peak_n);
@@ -91,20 +91,20 @@ fn contact(cycles: &[(usize, Vector3<f64>)]) -> Contact {
     }
 }
 
-/// The force that is there most of the time: what the model's zero or weight misses.
+/// Median of the force, N: what the model's zero or weight misses.
 fn median_force(force: &[Option<Vector3<f64>>]) -> Vector3<f64> {
     Vector3::from_fn(|i, _| median(force.iter().filter_map(|f| Some((*f)?[i])).collect()))
 }
 
-/// The larger of the data sheet's noise and what the steps from cycle to cycle say.
+/// Noise of the force, N: the data sheet's, or that estimated from the steps between cycles, whichever is larger.
 fn noise_n(force: &[(usize, Vector3<f64>)], data_sheet_n: f64) -> f64 {
     (0..3)
         .map(|i| noise_of_steps(force.iter().map(|(_, f)| f[i])))
         .fold(data_sheet_n, f64::max)
 }
 
-/// One standard deviation of white noise by the median step, which ignores motion and spikes:
-/// `1.4826 median|x(n) − x(n−1)| / √2`.
+/// Standard deviation of white noise, estimated from the median step, which motion and spikes hardly change: `1.4826 median|x(n)
+/// − x(n−1)| / √2`.
 pub(super) fn noise_of_steps(values: impl Iterator<Item = f64>) -> f64 {
     let values: Vec<f64> = values.collect();
     let steps = values.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
@@ -141,7 +141,7 @@ fn intervals(size: &[f64], threshold: f64) -> Vec<(usize, usize)> {
     found
 }
 
-/// Steps back to where the force rose from below the release level.
+/// First cycle of a contact: goes back from `from`, by a few cycles at most, to where the force rose above the release level.
 fn onset(size: &[f64], from: usize, release: f64) -> usize {
     (0..from)
         .rev()

@@ -21,8 +21,8 @@ pub(super) fn sign_changes(values: &[f64], still: f64) -> Vec<Range<usize>> {
     found
 }
 
-/// Each change of sign from the first value that is no longer on the old side: what goes wrong
-/// in a reversal, as a pause does, comes then.
+/// Each change of sign, from the first value that is no longer on the old side. Errors of a reversal, such as a pause, begin
+/// there.
 pub(super) fn after_sign_changes(values: &[f64], still: f64) -> Vec<Range<usize>> {
     sign_changes(values, still)
         .into_iter()

@@ -4,11 +4,10 @@ use super::{ChannelError, Phase};
 use softdock_physics::model::prediction::Prediction;
 use softdock_physics::model::{Axis, Channel};
 
-/// An error counts as one if its root mean square is this multiple of the expected noise: data
-/// sheets are not better than that.
+/// An error counts if its root mean square exceeds this multiple of the expected noise (data sheets are not more exact) ...
 pub const TOLERATED_NOISE: f64 = 1.25;
-/// ... and if the sum of squares is so many standard deviations above what noise would give.
-/// For white Gaussian noise the sum of n squares is n ± √(2n); what is differenced is less white.
+/// ... and if the sum of squares exceeds that of noise by so many standard deviations. The sum of n squares of white Gaussian
+/// noise is n ± √(2n); that of differences scatters somewhat more.
 const SIGNIFICANT: f64 = 6.0;
 
 /// Sum of squares of `error / expected noise`.
@@ -31,7 +30,7 @@ impl Sum {
         (self.squares / self.count.max(1) as f64).sqrt()
     }
 
-    /// What the sum has beyond the noise's part; 0 if that may be chance.
+    /// Excess of the sum over that of noise; 0 if it may be chance.
     pub(super) fn excess(&self) -> f64 {
         let n = self.count as f64;
         let excess = self.squares - n;

@@ -13,11 +13,11 @@ use softdock_statistics::{DEVIATIONS_95, median};
 
 /// Share of the error beyond the noise that a description has to account for.
 const EXPLAINED: f64 = 0.8;
-/// Longest delay that is looked for, s, to both sides.
+/// Range of the delays that are tried, s; negative where the measurement comes earlier.
 const LATE_S: (f64, f64) = (-0.02, 0.2);
 /// How closely the delay is found, in cycles.
 const TOLERANCE: f64 = 1e-3;
-/// Share of a cycle to which a delay can be known.
+/// Half width of the narrowest interval of a delay, in cycles.
 const INSIDE_A_CYCLE: f64 = 0.05;
 
 /// An estimated number with its 95 % interval.
@@ -31,19 +31,19 @@ pub struct Estimate {
     pub high: f64,
 }
 
-/// What describes an error.
+/// A description of an error by one parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "kind")]
 pub enum Explanation {
-    /// The actuator fits with so much more delay than the model has, s.
+    /// The actuator fits best with this delay in addition to the model's, s.
     Late(Estimate),
-    /// Measured = value × predicted, beyond what is there in free flight.
+    /// Measured = value × predicted, for the part beyond the level of free flight.
     Factor(Estimate),
     /// Measured = predicted + value, in the channel's unit.
     Offset(Estimate),
 }
 
-/// One cycle that is described.
+/// One cycle of the error that is to be described.
 struct Sample {
     cycle: usize,
     error: f64,
@@ -120,7 +120,8 @@ fn loads(values: &ChannelPrediction, phases: &[Phase], axis: Axis) -> Vec<f64> {
         .collect()
 }
 
-/// Least squares of `error = value × regressor`: the estimate and the share that it explains.
+/// Weighted least squares of `error = value × regressor`: the estimate, and the share of the error that it explains. None if the
+/// regressor is zero, or the estimate not clearly other than zero.
 fn linear(samples: &[Sample], regressor: &[f64]) -> Option<(Estimate, f64)> {
     let pairs = || samples.iter().zip(regressor);
     let normal: f64 = pairs().map(|(s, x)| s.weight * x * x).sum();
@@ -134,7 +135,7 @@ fn linear(samples: &[Sample], regressor: &[f64]) -> Option<(Estimate, f64)> {
     determined(samples, &left, value, normal)
 }
 
-/// Searches the delay, beyond the model's, with which the actuator fits best.
+/// Finds the delay, in addition to the model's, with which the actuator fits best, and the share of the error that it explains.
 fn delay_estimate(source: &Source<'_>, axis: Axis, samples: &[Sample]) -> Option<(Estimate, f64)> {
     let cycle_s = source.signals.cycle_s;
     let least = LATE_S.0.max(-source.model.actuator.transport_delay_s);
@@ -160,10 +161,11 @@ fn delay_estimate(source: &Source<'_>, axis: Axis, samples: &[Sample]) -> Option
     Some((estimate, explained))
 }
 
-/// The interval of an estimate from what it leaves; None unless zero is clearly outside.
+/// The interval of an estimate from its residuals `left`, and the explained share; None unless zero is clearly outside of the
+/// interval.
 ///
-/// Standard error `√(s² (1+ρ)/(1−ρ) / normal)` with the variance s² of what is left (at least
-/// 1, the noise) and its correlation ρ from sample to sample.
+/// The standard error is `√(s² (1+ρ)/(1−ρ) / normal)` with the variance s² of the residuals (at least 1, the noise) and their
+/// correlation ρ from sample to sample.
 fn determined(
     samples: &[Sample],
     left: &[f64],

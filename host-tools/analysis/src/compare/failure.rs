@@ -9,11 +9,11 @@ use serde::Serialize;
 use softdock_physics::model::{Axis, Channel};
 use std::ops::Range;
 
-/// Phases are named until they hold this share of the error ...
+/// Phases are named, the worst first, until together they hold this share of the error ...
 const NAMED_SHARE: f64 = 0.8;
 /// ... but no more than so many.
 const MOST_NAMED: usize = 3;
-/// Windows of the named phases that are closer than this are one, s.
+/// Windows of named phases with gaps shorter than this are joined, s.
 const JOINED_S: f64 = 0.02;
 
 /// A phase's part of an error.
@@ -44,15 +44,15 @@ pub struct Failure {
     pub windows: usize,
     /// The regime that explains most of the error, if one does.
     pub regime: Option<Regime>,
-    /// What describes most of the error there, if something simple does.
+    /// A one-parameter description of the error in these phases, if one fits.
     pub explanation: Option<Explanation>,
-    /// All of this in words.
+    /// The failure in words.
     pub sentence: String,
 }
 
 /// All failures, worst first.
 ///
-/// `regimes` holds the errors by regime, the best first on each axis.
+/// `regimes` are sorted: on each axis the best comes first.
 pub(super) fn find(source: &Source<'_>, errors: &[AxisError], regimes: &[Regime]) -> Vec<Failure> {
     let all: f64 = errors.iter().map(AxisError::excess).sum();
     let mut failing: Vec<&AxisError> = errors.iter().filter(|e| e.excess() > 0.0).collect();
@@ -101,7 +101,7 @@ fn failure(source: &Source<'_>, error: &AxisError, regime: Option<Regime>, all: 
 }
 
 fn named_phases(error: &AxisError) -> Vec<PhaseShare> {
-    // What is not significant in its phase belongs to the error all the same.
+    // An excess that is not significant within its phase still belongs to the error.
     let overall = error.overall();
     let all = error.excess().max(overall.squares - overall.count as f64);
     let mut shares = Phase::ALL.map(|phase| PhaseShare {

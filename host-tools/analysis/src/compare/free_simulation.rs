@@ -1,10 +1,10 @@
-//! The motion of one axis, simulated forward from the recorded force alone, or from where a free swing begins.
+//! Free-run simulation: the motion of one axis, from the recorded force alone, or of a free swing from its initial state.
 //!
-//! A comparison predicts the force from the measured motion, one instant at a time. Published models are
-//! judged by the reverse: from where the log begins, the force is the only input, and errors add up.
+//! A comparison predicts the force from the measured motion, one instant at a time. Published models are judged by the reverse:
+//! the force is the only input from the beginning of the log on, so that errors accumulate.
 //!
-//! The step is the midpoint rule with the friction of its end (Moreau 1988), which holds an axis that
-//! sticks: the velocity at the end of a step is the one at which force, load and inertia balance.
+//! Each step is the midpoint rule with the friction at its end (Moreau 1988), which can hold a sticking axis: the velocity at the
+//! end of a step is the one at which force, load and inertia balance.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
@@ -24,27 +24,27 @@ use std::f64::consts::TAU;
 
 /// Steps of the simulation in a cycle of the log.
 const STEPS: usize = 8;
-/// Cycles from which the first velocity is taken.
+/// Cycles at the beginning of the log that are left out: the simulation begins with the state behind them.
 const FIRST: usize = 4;
-/// Motions of the log that a simulation may be away from it before it has run off.
+/// Ratio of error to motion, both rms, from which on the simulation is said to run away.
 const RUN_OFF: f64 = 1e3;
 
-/// How far a motion that is simulated from the force alone is off.
+/// Error of a motion that is simulated from the force alone.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FreeSimulation {
     /// The axis.
     pub axis: Axis,
     /// Root mean square of measured minus simulated position, m or rad; of velocities, m/s or rad/s.
     pub rms: f64,
-    /// That over the root mean square of what was measured about its mean.
+    /// `rms` over the root mean square of the measured values about their mean.
     pub relative: f64,
-    /// The velocity is compared: of a log without positions, which are then its integral.
+    /// Velocities are compared: the log has no positions but the integral of the velocity.
     pub of_velocity: bool,
     /// How long it was simulated, s.
     pub seconds: f64,
-    /// Nothing drives it.
+    /// No force drives the motion (a free swing).
     pub is_free: bool,
-    /// Nothing that the model has acts by position: what a force is off adds up.
+    /// Nothing in the model acts by position, so that an error of the force is never pulled back.
     pub drifts: bool,
 }
 
@@ -52,7 +52,7 @@ pub struct FreeSimulation {
 pub(crate) struct NotSimulated {
     /// In words.
     pub why: String,
-    /// There is one, and it leaves the motion by far.
+    /// There is a simulation, but it departs far from the motion.
     pub runs_away: bool,
 }
 
@@ -98,8 +98,8 @@ impl FreeSimulation {
     }
 }
 
-/// Simulates the longest stretch of a log. None where no recorded force drives a single axis freely; an error says what hinders
-/// it.
+/// Simulates the longest stretch of a log. None where no recorded force drives a single axis freely, or the log is too short. The
+/// error says what prevents a simulation.
 pub(crate) fn simulate(
     model: &Model,
     signals: &Signals<'_>,
@@ -204,7 +204,7 @@ fn acts_by_position(model: &Model, axis: Axis) -> bool {
     hangs || !model.contact.walls.is_empty() || model.effects.iter().any(by_position)
 }
 
-/// What a simulation has to begin with.
+/// The inputs of a simulation, in words.
 fn from(is_free: bool) -> &'static str {
     match is_free {
         true => "from its beginning, without a force,",
@@ -212,24 +212,24 @@ fn from(is_free: bool) -> &'static str {
     }
 }
 
-/// A law of the tool, beside the nominal one.
+/// Law of an effect of the tool, in addition to the nominal tool.
 type ToolLaw = fn(&[f64], &ToolState) -> Wrench<f64>;
 
-/// What is carried, along or about one axis.
+/// The carried body, along or about one axis.
 struct Body {
     load: LoadModel,
-    /// The nominal tool, and what effects make of it.
+    /// The nominal tool, and the effects that act on it.
     tool: ToolState,
     tool_laws: Vec<(ToolLaw, Vec<f64>)>,
     axis: Axis,
     direction: Vector3<f64>,
     first: Pose<f64>,
     start: f64,
-    /// Where the log begins, of which the simulation may see a part.
+    /// Position at the beginning of the log, of which the simulation may cover a part.
     rest: f64,
     /// Nothing drives it.
     is_free: bool,
-    /// Nothing acts on it by position.
+    /// See [`FreeSimulation::drifts`].
     drifts: bool,
 }
 
@@ -259,7 +259,7 @@ impl Body {
         body
     }
 
-    /// Position along the axis, or the angle about it with its whole turns.
+    /// Position along the axis, or angle about it with whole turns, in each cycle.
     fn along_axis(&self, log: &Log) -> Vec<f64> {
         match self.axis.is_rotation() {
             true => angles(log.turned_poses(), &self.direction, log.whole_turns),
@@ -267,7 +267,7 @@ impl Body {
         }
     }
 
-    /// The same of one pose with so many whole turns.
+    /// The same of one pose and its whole turns.
     fn at(&self, pose: &Pose<f64>, whole_turns: i32) -> f64 {
         match self.axis.is_rotation() {
             true => angle_about(pose, &self.direction) + TAU * f64::from(whole_turns),
@@ -275,7 +275,7 @@ impl Body {
         }
     }
 
-    /// What a reading means along or about the axis.
+    /// Component of a reading along or about the axis, N or N·m, moved to M.
     fn along(&self, reading: &Wrench<f64>, pose: &Pose<f64>) -> f64 {
         let at_m = reading.transferred(&self.load.m_from_s);
         // A guide has its direction in C, a bearing in M.
@@ -295,7 +295,7 @@ impl Body {
         pose
     }
 
-    /// The reading of what is carried with an acceleration.
+    /// Reading, along the axis, of the carried body with an acceleration.
     fn reading(&self, slide: &Slide, acceleration: f64) -> f64 {
         let pose = self.pose(slide.position);
         let twist = |value: f64| {
@@ -320,7 +320,7 @@ impl Body {
         self.along(&reading, &pose)
     }
 
-    /// What the reading loses with each m/s² or rad/s²; kg or kg·m².
+    /// Decrease of the reading per unit of acceleration, the effective inertia; kg or kg·m².
     fn inertia(&self, slide: &Slide) -> f64 {
         self.reading(slide, 0.0) - self.reading(slide, 1.0)
     }
@@ -328,22 +328,22 @@ impl Body {
 
 /// A law of the model's effects, with its values.
 enum Part {
-    /// Along or about the axis.
+    /// Force along, or torque about, the axis.
     Along(Guide, Direction, Vec<f64>),
-    /// Of the displacement from where it rests; 1: from where the log begins.
+    /// Force by the displacement from the rest position. The number is 1 if it rests where the log begins.
     Spring(fn(&[f64], &Vector3<f64>) -> Vector3<f64>, f64, Vec<f64>),
-    /// On the reading, constant.
+    /// Constant offset of the reading.
     Offset(Wrench<f64>),
 }
 
-/// Everything that the model's effects do to the motion.
+/// All effects of the model that act on the motion.
 struct Acting {
     parts: Vec<Part>,
     late: Lateness,
 }
 
 impl Acting {
-    /// From the effects of a model file; the id of one that acts on more than the motion.
+    /// The effects of a model; the error is the id of one that acts on more than the motion.
     fn of_model(model: &Model) -> Result<Self, String> {
         let mut acting = Self {
             parts: Vec::new(),
@@ -374,7 +374,7 @@ impl Acting {
                     acting.late.delay_s += late.delay_s;
                     acting.late.lag_s += late.lag_s;
                 }
-                // What is carried.
+                // Part of [`Body`].
                 Law::Tool(_) => {}
                 _ => return Err(id()),
             }
@@ -382,7 +382,7 @@ impl Acting {
         Ok(acting)
     }
 
-    /// What the reading loses with each m/s² or rad/s², by what is carried and by the effects; kg or kg·m².
+    /// Effective inertia of the carried body and of the effects: decrease of the reading per unit of acceleration, kg or kg·m².
     fn inertia(&self, body: &Body, slide: &Slide) -> f64 {
         let with = |acceleration: f64| {
             let slide = Slide {
@@ -398,7 +398,7 @@ impl Acting {
         body.inertia(slide) + with(0.0) - with(1.0)
     }
 
-    /// The recorded force along the axis, as late as it arrives.
+    /// The recorded force along the axis, without constant offsets, delayed as the effects say.
     fn input(&self, body: &Body, log: &Log) -> Vec<f64> {
         let offset = self.parts.iter().filter_map(|part| match part {
             Part::Offset(wrench) => Some(*wrench),
@@ -419,7 +419,7 @@ impl Acting {
         (0..log.cycle_count()).map(arrived).collect()
     }
 
-    /// One step under a force.
+    /// One step under a constant force.
     fn step(&mut self, body: &Body, slide: &mut Slide, force: f64, step_s: f64) {
         let middle = Slide {
             position: slide.position + 0.5 * step_s * slide.velocity,
@@ -431,7 +431,7 @@ impl Acting {
             acceleration: (velocity - slide.velocity) / step_s,
             ..middle
         };
-        // Falls with the velocity: whatever brakes, brakes more.
+        // Falls with the velocity, as all that brakes grows with it.
         let excess = |velocity: f64| {
             let at = ends(velocity);
             let load = self.force(body, &at, velocity, step_s);
@@ -449,7 +449,7 @@ impl Acting {
         slide.velocity = velocity;
     }
 
-    /// Force of the effects at the middle of a step that ends with a velocity.
+    /// Force of the effects at the middle of a step that ends with velocity `end`.
     fn force(&self, body: &Body, at: &Slide, end: f64, step_s: f64) -> f64 {
         let of = |part: &Part| match part {
             Part::Along(law, direction, values) => {
@@ -469,10 +469,10 @@ impl Acting {
     }
 }
 
-/// Where a function that falls crosses zero; `per_excess` is the step that its value at the start asks
-/// for. At a jump through zero, the jump.
+/// Zero of a decreasing function; at a jump through zero, the jump. `per_excess` times the value at the start is the first step
+/// of the search.
 fn root(falls: impl Fn(f64) -> f64, start: f64, per_excess: f64) -> f64 {
-    /// Doublings of the first step, and halvings of what it brackets.
+    /// Largest number of doublings of the first step, and of halvings of the bracket.
     const DOUBLINGS: usize = 60;
     const HALVINGS: usize = 50;
     let first = falls(start);

@@ -91,11 +91,11 @@ pub struct PhaseError {
     pub share: f64,
     /// Its part of what exceeds the noise significantly; 0 to 1, and 0 everywhere if nothing does.
     pub share_beyond_noise: f64,
-    /// Root mean square relative to the expected noise, over the axes that have any: 1 if the model is right.
+    /// Root mean square relative to the expected noise, over the axes that have noise: 1 if the model is right.
     pub rms_sigma: f64,
     /// Number of cycles.
     pub cycles: usize,
-    /// When it was.
+    /// Stretches of time in this phase.
     pub windows: Vec<Window>,
 }
 
@@ -115,14 +115,14 @@ pub struct Comparison {
     pub phases: Vec<PhaseError>,
     /// Channels and axes in which the model fails, worst first.
     pub failures: Vec<Failure>,
-    /// Errors by velocity, position, load, time and frequency: for each axis in which the model
-    /// fails all of them, the one that explains most first.
+    /// Errors sorted by velocity, position, load, time and frequency: all regimes of each axis in which the model fails, the one
+    /// that explains most first.
     pub regimes: Vec<Regime>,
     /// Tests of each axis against noise.
     pub tests: Vec<ResidualTests>,
     /// Noise that the recording shows, against the data sheet.
     pub noise: Vec<NoiseLevel>,
-    /// The motion out of the force alone, where a force drives a single axis.
+    /// The motion simulated forward from the force alone, where a recorded force drives a single axis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub free_simulation: Option<FreeSimulation>,
     /// What the reader should know about the recording.
@@ -155,7 +155,7 @@ pub struct Detail {
     pub model_toml: String,
 }
 
-/// What errors are explained from.
+/// Input of the functions that explain errors.
 struct Source<'a> {
     model: &'a Model,
     signals: &'a Signals<'a>,
@@ -286,7 +286,7 @@ fn phase_errors(
     let all: f64 = Phase::ALL.map(|p| sum_of(p).squares).iter().sum();
     let all_excess: f64 = Phase::ALL.map(excess_of).iter().sum();
     let part = |value: f64, all: f64| if all > 0.0 { value / all } else { 0.0 };
-    // What is computed twice from the same numbers has no noise, and its axes would lower the mean.
+    // A channel that is computed twice from the same numbers has no noise: its axes would lower the mean.
     let noisy = |e: &&AxisError| e.overall().rms() >= ROUND_OFF_SIGMA;
     let rms_of = |phase: Phase| {
         let sums = errors.iter().filter(noisy).map(|e| e.in_phase(phase));

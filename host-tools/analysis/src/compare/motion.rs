@@ -1,10 +1,9 @@
 //! The motion without the noise of its measurement, as far as the actuator's model knows it.
 //!
-//! Errors are held against what the rig did: its velocity, position and load. Taken as they were
-//! measured, these carry noise that is also in the error, and an error would seem to depend on
-//! an axis that only trembles. The velocity that the nominal actuator makes of what was sent has
-//! no noise. Its integral, led to the measured pose by a moving average of their difference, and
-//! the nominal load in this motion have next to none.
+//! Errors are compared with the motion of the rig: velocity, position and load. Their measured values carry noise that is also in
+//! the error, so that an error would seem to depend on an axis that merely has noise. The velocity that the nominal actuator
+//! makes of the sent one has no noise. Its integral follows the measured pose by a moving average of the difference; this
+//! position, and the nominal load of this motion, have almost none.
 
 use super::Source;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -16,7 +15,7 @@ use softdock_physics::model::prediction::signals::Step;
 use softdock_physics::model::{Axis, Channel};
 use std::ops::Range;
 
-/// Half width of the moving average that leads the integral to the measured pose, cycles.
+/// Half width of the moving average that ties the integral to the measured pose, cycles.
 const LEAD: usize = 6;
 /// An axis moves if its displacement exceeds this multiple of the noise of its measurement.
 const MOVES: f64 = 20.0;
@@ -28,7 +27,7 @@ pub(super) struct Motion {
     pub(super) velocity: Vec<Six>,
     /// Change of the velocity per second.
     pub(super) acceleration: Vec<Six>,
-    /// m in C, and what it has turned since the first pose, with all turns, rad.
+    /// Translation in C, m, and rotation since the first pose with whole turns, rad.
     pub(super) position: Vec<Six>,
     /// Wrench that the model expects on the sensor, in S, N and N·m.
     pub(super) load: Vec<Six>,
@@ -37,7 +36,7 @@ pub(super) struct Motion {
 }
 
 impl Motion {
-    /// From what was sent and where it led.
+    /// Motion from the sent velocities and the measured poses.
     pub(super) fn new(source: &Source<'_>) -> Self {
         let velocity = velocities(source);
         let cycle_s = source.signals.cycle_s;
@@ -86,7 +85,7 @@ fn velocities(source: &Source<'_>) -> Vec<Six> {
         .collect()
 }
 
-/// The integral of the velocity, led to the measured poses.
+/// Integral of the velocity, tied to the measured poses.
 fn poses(source: &Source<'_>, velocity: &[Six]) -> Vec<Option<Pose<f64>>> {
     let cycle_s = source.signals.cycle_s;
     let mut integral = Vec::with_capacity(velocity.len());
@@ -128,7 +127,7 @@ fn poses(source: &Source<'_>, velocity: &[Six]) -> Vec<Option<Pose<f64>>> {
         .collect()
 }
 
-/// The cycles of the moving average about one; behind a hole or in another run the integral is off by something else.
+/// Cycles of the moving average about cycle `n`. It ends at gaps and other runs, behind which the integral has another error.
 fn near(steps: &[Step], n: usize) -> Range<usize> {
     let begins = |at: &usize| matches!(steps[*at], Step::Hole | Step::NewRun);
     let (first, end) = (n.saturating_sub(LEAD), (n + LEAD + 1).min(steps.len()));
@@ -144,7 +143,7 @@ fn loads(
 ) -> Vec<Six> {
     let load = LoadModel::new(source.model);
     let mut docked = Docked::new(&source.model.contact.docking, source.signals.cycle_s);
-    // The mechanism is where the sensor's sample is, which may be of the run before.
+    // The mechanism is simulated up to the time of the sensor's sample, which may belong to the run before.
     let mut followed = 0;
     (0..poses.len())
         .map(|n| {
@@ -236,7 +235,7 @@ mod tests {
         Motion::new(&source)
     }
 
-    /// ... whose latches need no speed.
+    /// As above; these latches capture at any speed.
     #[test]
     fn a_run_behind_one_that_was_captured_moves_and_is_loaded_as_if_it_were_the_only_one() {
         let socket = "[contact.docking.kind.probe_cone.socket]";

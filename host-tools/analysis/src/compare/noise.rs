@@ -8,13 +8,13 @@ use softdock_physics::model::{Axis, Channel};
 use softdock_report::number;
 use softdock_statistics::{Noise, noise_floor};
 
-/// The data sheet is right within these factors.
+/// Range of measured / data sheet in which the data sheet is confirmed.
 const RIGHT: (f64, f64) = (0.4, 1.6);
-/// Steps above this multiple of the noise show.
+/// Steps of the measurement above this multiple of the noise are reported.
 const COARSE: f64 = 2.0;
-/// Values in steps repeat: there are so many times fewer different ones.
+/// A measurement comes in steps if it has so many times fewer different values than values.
 const REPEAT: usize = 10;
-/// How well such a factor has to be met.
+/// How well a mistake of units has to explain the ratio, as a factor.
 const UNITS_WITHIN: f64 = 1.4;
 
 /// Measured noise against the data sheet's.
@@ -46,7 +46,7 @@ pub struct NoiseLevel {
     pub ratio: f64,
     /// Resolution of the measurement, in its unit, where it is coarser than the noise.
     pub step: Option<f64>,
-    /// What that means.
+    /// Conclusion from `ratio` and `step`.
     pub verdict: NoiseVerdict,
 }
 
@@ -64,7 +64,7 @@ pub(super) fn of_axes(source: &Source<'_>) -> Vec<NoiseLevel> {
         } else {
             Noise::White
         };
-        // What drives a motion, or is zero, came from no sensor.
+        // A wrench that drives the motion, or is zero by definition, was not measured.
         if channel == Channel::Wrench && source.model.sensor.wrench.drives() {
             continue;
         }
@@ -98,7 +98,7 @@ pub(super) fn of_axes(source: &Source<'_>) -> Vec<NoiseLevel> {
     levels
 }
 
-/// Measured values without repetitions.
+/// Measured values of an axis without repeated samples.
 fn fresh(source: &Source<'_>, channel: Channel, axis: usize) -> Vec<f64> {
     let sampled = |n: usize| match channel {
         Channel::Wrench => source.signals.sampled_in(n),
@@ -112,7 +112,7 @@ fn fresh(source: &Source<'_>, channel: Channel, axis: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Smallest step between values that repeat; None if they hardly do, or are all the same.
+/// Smallest step between different values; None if values hardly repeat, or are all equal.
 fn resolution(values: &[f64]) -> Option<f64> {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
@@ -137,7 +137,7 @@ fn verdict(ratio: f64) -> NoiseVerdict {
     }
 }
 
-/// Values of `[noise]` that the recording contradicts on all axes that it bears on.
+/// Notes on values of `[noise]` that the recording contradicts on all axes to which they apply.
 pub(super) fn notes(source: &Source<'_>, levels: &[NoiseLevel]) -> Vec<String> {
     let of_poses = source.signals.velocity == VelocityMeaning::CycleMean;
     [
@@ -202,7 +202,7 @@ fn in_steps(key: &str, level: &NoiseLevel, step: f64) -> String {
     )
 }
 
-/// The mistake of units that makes such a factor, if there is one.
+/// The confusion of units that explains a factor, in words; empty if there is none.
 fn units(key: &str, factor: f64) -> String {
     let (mistake, words) = match key {
         "position_m" | "velocity_m_s" => (1e3, "millimetres for metres"),

@@ -1,10 +1,10 @@
-//! What the reader should know beside the numbers.
+//! Notes on a recording beside the numbers.
 
 use super::contact::Contacts;
 use softdock_io::recording::Recording;
 use softdock_physics::model::prediction::signals::{Signals, Step};
 
-/// What is special about the recording.
+/// Notes on what is special about the recording.
 pub(super) fn of_recording(
     recording: &Recording,
     signals: &Signals<'_>,

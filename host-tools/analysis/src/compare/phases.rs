@@ -16,9 +16,8 @@ pub enum Phase {
     FreeFlight,
     /// The first contact of the closed loop.
     FirstContact,
-    /// Around the instant in a contact at which the model's velocity along the force changes its
-    /// sign, or, if it does not, of the deepest penetration. What follows a reversal of the robot
-    /// itself is a zero crossing.
+    /// Around the reversal in a contact: where the model velocity along the force changes its sign, or, if it does not, at the
+    /// deepest penetration. The robot's own reversal, which follows later, is a zero crossing.
     TurningPoint,
     /// Around a change of sign of the executed velocity; outside of contacts also of the
     /// velocity that is sent.
@@ -55,7 +54,7 @@ impl Phase {
     /// Name in sentences, tables and plots.
     pub fn words(self) -> String {
         match self {
-            // As of any machine.
+            // "Free motion" suits any machine.
             Self::FreeFlight => "free motion".to_owned(),
             _ => self.name().replace('_', " "),
         }
@@ -69,17 +68,17 @@ const CROSSING_MARGIN: (usize, usize) = (1, 2);
 const LONGEST_CROSSING_S: f64 = 0.1;
 /// Shortest and longest half width of a turning point, cycles.
 const TURNING_CYCLES: (usize, usize) = (3, 15);
-/// Share of a contact that is its turning point, to each side.
+/// Half width of a turning point, as a fraction of the contact: one over this.
 const TURNING_SHARE: usize = 8;
 /// Cycles in which the robot has to follow for a rebound to be over.
 const SETTLED_CYCLES: usize = 5;
-/// Longest rebound, s. A robot that never follows is not bouncing back for ever.
+/// Longest rebound, s: that of a robot that never follows ends there.
 const LONGEST_REBOUND_S: f64 = 0.5;
-/// Axes that move slower than this share of the fastest of their kind do not make crossings.
+/// Axes whose fastest velocity is below this share of the fastest axis of their kind have no crossings.
 const MOVING_SHARE: f64 = 0.2;
 /// Velocities below this share of an axis' fastest are taken for zero.
 const STILL_SHARE: f64 = 0.02;
-/// Multiple of the velocity's noise that is taken for zero.
+/// Velocities below this multiple of their noise count as zero.
 const STILL_NOISE: f64 = 5.0;
 
 /// The phase of each cycle.
@@ -109,7 +108,7 @@ pub fn of_cycles(model: &Model, signals: &Signals<'_>, contacts: &Contacts) -> V
         let turning = turning_point(signals, contact);
         paint(&mut phases, turning, Phase::TurningPoint);
     }
-    // In a contact the way to the reversal is the turning point, and what follows the crossing.
+    // In a contact the cycles before the reversal belong to the turning point, those after it to the zero crossing.
     for crossing in speeds.crossings(executed, after_sign_changes) {
         paint(&mut phases, crossing, Phase::ZeroCrossing);
     }
@@ -148,7 +147,7 @@ fn turning_point(signals: &Signals<'_>, contact: &Contact) -> Range<usize> {
 
 /// What counts as moving, per axis.
 struct Speeds {
-    /// Velocity that is taken for zero; None for an axis that does not move.
+    /// Velocity below which the axis stands; None for an axis that does not move.
     still: [Option<f64>; 6],
     cycles: usize,
     cycle_s: f64,
@@ -179,8 +178,8 @@ impl Speeds {
                 let finite = velocities.filter(|v| v.is_finite());
                 finite.fold(0.0, |m: f64, v| m.max(v.abs()))
             };
-            // What is sent has no noise, and an axis that is never sent anywhere does not move; of other machines
-            // nothing is sent.
+            // A sent velocity has no noise, and an axis to which none is sent does not move. Machines without a robot are sent
+            // nothing.
             fastest[i] = match signals.is_commanded() {
                 true => fastest_of(&mut sent(i)),
                 false => fastest_of(&mut executed(i)),
@@ -200,7 +199,7 @@ impl Speeds {
         }
     }
 
-    /// Zero crossings of the moving axes by one of the two definitions, with their margins.
+    /// Zero crossings of all moving axes by the given definition, with their margins.
     fn crossings(
         &self,
         value: impl Fn(usize, usize) -> f64,
@@ -219,8 +218,8 @@ impl Speeds {
         all
     }
 
-    /// End of the rebound that begins with cycle `from`: the robot follows what is sent, or
-    /// `limit`, or the longest rebound.
+    /// End of the rebound that begins with cycle `from`: the cycle from which the robot follows the sent velocity, or `limit`, or
+    /// the end of the longest rebound.
     fn settled(&self, signals: &Signals<'_>, from: usize, limit: usize) -> usize {
         let longest = from + (LONGEST_REBOUND_S / self.cycle_s) as usize;
         let limit = limit.min(longest);

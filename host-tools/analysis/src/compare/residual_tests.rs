@@ -1,4 +1,4 @@
-//! Two tests of each error against noise: is it white, and is it independent of the inputs?
+//! Two tests of each residual: is it white, and is it independent of the inputs?
 
 use super::Source;
 use super::motion::Motion;
@@ -7,8 +7,8 @@ use serde::Serialize;
 use softdock_physics::model::{Axis, Channel};
 use softdock_statistics::{dependence, whiteness};
 
-/// Probability of any false alarm in all tests of a kind: small, for a right model is not to be
-/// doubted once in a hundred recordings.
+/// Probability of any false alarm in all tests of one kind. It is small: with a right model at most one recording in a thousand
+/// is doubted.
 const LEVEL: f64 = 0.001;
 
 /// What an error may depend on.
@@ -40,9 +40,9 @@ impl Input {
 pub struct WhitenessTest {
     /// Box and Pierce's sum over 25 lags, whose expectation for noise is 25.
     pub statistic: f64,
-    /// Probability of at least that for noise.
+    /// Probability of at least this statistic for noise.
     pub p: f64,
-    /// Nothing but noise, at 0.1 % over all axes together.
+    /// The residual is noise, at 0.1 % over all axes together.
     pub white: bool,
 }
 
@@ -53,9 +53,9 @@ pub struct IndependenceTest {
     pub input: Input,
     /// Regression coefficient over its standard error, at the lag where it is largest.
     pub statistic: f64,
-    /// That lag: the error follows the input by this time, s.
+    /// This lag, s: the residual follows the input by so much.
     pub lag_s: f64,
-    /// Probability of at least that without a dependence.
+    /// Probability of at least this statistic without a dependence.
     pub p: f64,
     /// No dependence, at 0.1 % over all axes and inputs together.
     pub independent: bool,
@@ -68,9 +68,9 @@ pub struct ResidualTests {
     pub channel: Channel,
     /// Axis.
     pub axis: Axis,
-    /// Against itself.
+    /// Test of the residual against its own past.
     pub whiteness: WhitenessTest,
-    /// Against the inputs; one that does not change is left out.
+    /// Tests against the inputs; inputs that do not change are left out.
     pub independence: Vec<IndependenceTest>,
 }
 

@@ -13,15 +13,15 @@ use softdock_report::number;
 const MENTIONED_SHARE: f64 = 0.1;
 /// Most further failures that are mentioned.
 const MOST_MENTIONED: usize = 3;
-/// Named phases that take at least this share of the time are not a place.
+/// If the named phases take at least this share of the time, the error has no place in time.
 const EVERYWHERE: f64 = 0.6;
-/// And those that take this share are all that there is.
+/// If they take this share, they are the whole recording.
 const ALL: f64 = 0.995;
 
 /// Beside a regime, phases with less than this share of the error say nothing new.
 const PLACE_SHARE: f64 = 0.5;
 
-/// The whole finding; `strays`: simulated forward the model is off by more than the motion.
+/// The whole finding. `strays`: the free-run simulation is off by more than the motion.
 pub(super) fn whole(errors: &[AxisError], failures: &[Failure], strays: bool) -> String {
     let Some(worst) = failures.first() else {
         return at_noise(errors, strays);
@@ -52,7 +52,7 @@ pub(super) fn of_failure(
     found.extend(failure.regime.as_ref().map(Regime::clause));
     found.extend(place(failure));
     let says_offset = failure.regime.as_ref().is_some_and(Regime::says_offset);
-    // What is nothing is no multiple of what was predicted.
+    // A factor says nothing about a wrench that is predicted as zero.
     let is_nothing = channel == Channel::Wrench && model.sensor.wrench == WrenchMeaning::Free;
     let says_nothing = |e: &&Explanation| is_nothing && matches!(e, Explanation::Factor(_));
     let explanation = failure.explanation.as_ref().filter(|e| !says_nothing(e));
@@ -142,7 +142,7 @@ fn at_noise(errors: &[AxisError], strays: bool) -> String {
     format!("The model agrees with the recording: every error is at the noise{largest}.")
 }
 
-/// Which phases and when; nothing if a regime says more than that it is everywhere.
+/// Phases and times of an error. None if the error is everywhere and a regime says more.
 fn place(failure: &Failure) -> Option<String> {
     let share: f64 = failure.phases.iter().map(|p| p.share).sum();
     let percent = number::percent(share, 0);

@@ -1,4 +1,4 @@
-//! The error of one axis as a series, and what kind of noise it should be.
+//! The error of one axis as a series, and the correlation of its expected noise.
 
 use super::Source;
 use softdock_physics::model::load::LoadModel;
@@ -7,8 +7,8 @@ use softdock_physics::model::prediction::differences;
 use softdock_physics::model::prediction::signals::VelocityMeaning;
 use softdock_physics::model::{Axis, Channel, Model};
 
-/// What is computed twice from the same numbers differs by round-off: below this part of the
-/// noise nothing is looked for.
+/// Values that are computed twice from the same numbers differ by round-off: errors below this multiple of the noise are not
+/// looked at.
 pub const ROUND_OFF_SIGMA: f64 = 1e-6;
 
 /// Error of an axis in units of the noise to expect; NaN where nothing is predicted.
@@ -20,8 +20,7 @@ pub struct Series {
     pub axis: Axis,
     /// Values.
     pub relative: Vec<f64>,
-    /// Correlation of the expected noise at the lags from 1: what is made from differences of
-    /// noisy values is not white.
+    /// Correlation of the expected noise at lags 1, 2 ...: differences of noisy values are not white.
     pub noise: Vec<f64>,
 }
 
@@ -32,13 +31,13 @@ impl Series {
         known.fold((0.0, 0), |(sum, count), v| (sum + v * v, count + 1))
     }
 
-    /// Whether there is more than round-off.
+    /// Whether the error is larger than round-off.
     pub fn is_there(&self) -> bool {
         let (squares, count) = self.squares();
         squares > ROUND_OFF_SIGMA * ROUND_OFF_SIGMA * count as f64
     }
 
-    /// Without values that repeat the cycle before, as where a slow sensor holds its sample.
+    /// The values; NaN where a reading repeats that of the cycle before, as a slow sensor holds its sample.
     pub(super) fn fresh(&self, source: &Source<'_>) -> Vec<f64> {
         if self.channel != Channel::Wrench {
             return self.relative.clone();
@@ -78,8 +77,9 @@ pub(super) fn of_axes(source: &Source<'_>) -> Vec<Series> {
     found
 }
 
-/// Correlation of the noise: a first difference has −1/2 at lag 1, the second difference of
-/// poses that makes an acceleration −2/3 and 1/6; where nothing was sent, that of its wider differences.
+/// Correlation of the noise at lags 1 and 2. A first difference has −1/2 at lag 1; the second difference of poses that makes an
+/// acceleration has −2/3 and 1/6. Where nothing was sent, accelerations come from wider differences, with a correlation of their
+/// own.
 fn noise(source: &Source<'_>, channel: Channel, inertial: f64) -> Vec<f64> {
     let of_poses = source.signals.velocity == VelocityMeaning::CycleMean;
     match (channel, of_poses) {
@@ -94,8 +94,8 @@ fn noise(source: &Source<'_>, channel: Channel, inertial: f64) -> Vec<f64> {
     }
 }
 
-/// Share of the acceleration's noise, through the tool's mass, in the variance of each axis of
-/// the wrench in free flight.
+/// Share of the variance of each axis of the wrench in free flight that the noise of the acceleration contributes through the
+/// tool's mass.
 fn inertial_share(source: &Source<'_>) -> Six {
     let model: &Model = source.model;
     let load = LoadModel::new(model);

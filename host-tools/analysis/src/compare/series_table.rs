@@ -8,7 +8,7 @@ use softdock_io::recording::Recording;
 use softdock_physics::model::{Axis, Channel};
 use std::path::Path;
 
-/// What stands in a file of series.
+/// A file of series that was written.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct SeriesFile {
     /// Its path.
@@ -20,8 +20,8 @@ pub struct SeriesFile {
 }
 
 impl Comparison {
-    /// Time, then measured, predicted, residual and sigma of each axis of each channel, a row for each cycle. Sigma is
-    /// the noise to expect of the residual. What could not be predicted is empty.
+    /// Table with a row for each cycle: time, then measured, predicted, residual and sigma of each axis of each channel. Sigma is
+    /// the expected noise of the residual. Values that could not be predicted are empty.
     pub fn series_table(&self) -> DataTable {
         let prediction = &self.detail.prediction;
         let time = prediction.time_s.clone();
@@ -45,7 +45,8 @@ impl Comparison {
         DataTable { columns, metadata }
     }
 
-    /// Writes that table: CSV, Parquet or MCAP, by the ending of `path`. MCAP has the compared recording beside it, as
+    /// Writes [`Self::series_table`] as CSV, Parquet or MCAP, by the ending of `path`. MCAP has the compared recording beside it,
+    /// as
     /// [`Recording::write_ros2`] writes it.
     ///
     /// # Errors

@@ -24,7 +24,7 @@ impl Comparison {
             Column::number("RMS error", "σ"),
             Column::number("Beyond noise", ""),
         ]);
-        // What is computed twice from the same numbers differs by round-off: not worth digits.
+        // Errors of values that are computed twice from the same numbers are round-off, and not shown.
         let is_noisy = |error: &&ChannelError| error.rms_sigma >= ROUND_OFF_SIGMA;
         for error in self.channels.iter().filter(is_noisy) {
             let failure = self

@@ -1,19 +1,18 @@
 //! What a recording determines, and what it does not.
 //!
-//! A parameter is refused if nothing in the recording changes with it, if the best value lies at
-//! the end of its range, or if another parameter does the same: then only the two together are
-//! known.
+//! A parameter is not determined if the recording hardly changes with it, if the best value lies at the end of its range, or if
+//! it is correlated with another parameter so much that only the two together are known.
 
 use super::least_squares::{Solution, norm};
 use super::parameter::Parameter;
 use softdock_report::number;
 use softdock_statistics::DEVIATIONS_95;
 
-/// The recording has to know a nominal parameter at least to so many tolerances.
+/// A nominal parameter is visible if the recording determines it to less than so many tolerances.
 const FEEBLE: f64 = 10.0;
 /// Beyond this correlation two parameters cannot be told apart.
 const SAME: f64 = 0.99;
-/// Part of a range in which a value is at its end.
+/// Distance from the end of a range that counts as at the end, relative to the smaller of range and value.
 const AT_END: f64 = 1e-6;
 /// Digits of numbers in reasons.
 const DIGITS: usize = 2;
@@ -21,12 +20,11 @@ const DIGITS: usize = 2;
 /// Why a parameter is not determined.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Doubt {
-    /// Alone, it would be known to this standard deviation only, in its unit; infinite if nothing
-    /// changes with it.
+    /// With all others known it would have this standard deviation, in its unit; infinite if nothing changes with it.
     Invisible(f64),
     /// The best value lies at this end of its range.
     AtEnd(f64),
-    /// This other parameter does the same, with this correlation.
+    /// Another parameter has the same effect: its name, and the correlation.
     SameAs(String, f64),
 }
 
@@ -67,8 +65,8 @@ impl Doubt {
     }
 }
 
-/// Parameters that the recording would not determine even if all others were known; `columns` are
-/// the derivatives of the residuals. By rising place.
+/// Parameters that the recording would not determine even if all others were known, in rising order. `columns` are the
+/// derivatives of the residuals.
 pub(super) fn alone(columns: &[Vec<f64>], free: &[Parameter]) -> Vec<(usize, Doubt)> {
     let sigma = columns.iter().map(|column| 1.0 / norm(column));
     sigma
@@ -85,8 +83,7 @@ fn is_visible(parameter: &Parameter, sigma: f64) -> bool {
     }
 }
 
-/// Parameters that a solution shows to be undetermined, by rising place; of two that do the same,
-/// one at a time.
+/// Parameters that are undetermined by a solution, in rising order. Of two that are correlated one is returned at a time.
 pub(super) fn together(solution: &Solution, free: &[Parameter]) -> Vec<(usize, Doubt)> {
     let ends: Vec<(usize, Doubt)> = (0..free.len())
         .filter_map(|k| Some((k, at_end(&free[k], solution.values[k])?)))
@@ -123,7 +120,8 @@ fn at_end(parameter: &Parameter, value: f64) -> Option<Doubt> {
         .map(Doubt::AtEnd)
 }
 
-/// Whether the first of two parameters was known better before: the one to hold.
+/// Whether the first of two correlated parameters is the one to hold. It is if it alone has a prior, or if both have one and the
+/// data add less to its prior than to the other's.
 fn is_more_certain(solution: &Solution, free: &[Parameter], first: usize, second: usize) -> bool {
     match (free[first].tolerance, free[second].tolerance) {
         (Some(a), Some(b)) => solution.sigma(first) / a > solution.sigma(second) / b,

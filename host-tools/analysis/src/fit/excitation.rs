@@ -1,4 +1,4 @@
-//! What a recording cannot teach, whatever is done with it.
+//! What a recording cannot show, by whatever method.
 
 use anyhow::bail;
 use softdock_app::record::CycleRecord;
@@ -18,12 +18,12 @@ const QUANTITIES: [Quantity; 4] = [
     ("wrench", |c| &c.inputs.sensor.wrench),
 ];
 
-/// What can be said of motions, loads and numbers that are not there; `name` is the recording's, for errors.
+/// Notes on motions, loads and values that the recording lacks. `name` is that of the recording, for errors.
 ///
 /// # Errors
 ///
-/// A quantity without a number in some rows of a log from elsewhere: what happened there is not
-/// known, and the rest of the log follows from it.
+/// A quantity that is not finite in some rows of a log from another program: what happened there is unknown, and the prediction
+/// of later rows depends on it.
 pub fn missing(model: &Model, recording: &Recording, name: &str) -> anyhow::Result<Vec<String>> {
     let foreign = recording.header.settings_toml.trim().is_empty();
     let mut notes = Vec::new();
@@ -63,7 +63,7 @@ fn still(model: &Model, recording: &Recording) -> anyhow::Result<Vec<String>> {
         let mut pairs = recording.cycles.windows(2);
         pairs.any(|pair| of(&pair[0]).iter().zip(of(&pair[1])).any(|(a, b)| a != b))
     };
-    // Where a force is the input, or a log is of any machine, nobody sends a velocity.
+    // Without a robot, or with a force as the input, no velocity is sent.
     let sends = !model.sensor.wrench.drives() && Signals::new(recording)?.is_of_a_rig();
     if sends && !changes(|c| &c.trace.sent_velocity) {
         let sent = recording.cycles[0].trace.sent_velocity;
@@ -103,7 +103,7 @@ fn still(model: &Model, recording: &Recording) -> anyhow::Result<Vec<String>> {
     Ok(notes)
 }
 
-/// Whether a docking mechanism of the model does anything in any cycle.
+/// Whether any docking mechanism of the model exerts a wrench in any cycle.
 fn docks(model: &Model, recording: &Recording) -> anyhow::Result<bool> {
     let signals = Signals::new(recording)?;
     let mut docked = Docked::new(&model.contact.docking, signals.cycle_s);

@@ -1,4 +1,4 @@
-//! A fit of all parameters, judged on what it has not seen: what `fit` says and what it writes.
+//! A fit of all parameters, judged on unseen data: what `fit` prints and writes.
 
 use super::logs::refs;
 use super::record;
@@ -8,27 +8,27 @@ use anyhow::Result;
 use serde::Serialize;
 use softdock_physics::model::{HistoryStep, Model};
 
-/// Relative change of the error on unseen data that is no accident of the noise.
+/// Least relative change of the error on unseen data that is not taken for chance.
 pub(crate) const RISES: f64 = 1e-3;
 
-/// A fit, the error before and after it, and the model with what it found and with its history.
+/// Result of a fit: parameters, the error before and after, and the model to write.
 #[derive(Clone, Debug)]
 pub struct Judged {
-    /// What the recordings determine.
+    /// Parameters that the recordings determine.
     pub parameters: Vec<Refitted>,
-    /// What they do not.
+    /// Parameters that they do not determine.
     pub undetermined: Vec<Undetermined>,
-    /// The model before and after.
+    /// Errors of the model before and after the fit.
     pub steps: [Step; 2],
-    /// What the model file is to say.
+    /// Model to write: with the fitted values and the history.
     pub after: Model,
-    /// Why it should not be written: the error on unseen data rises.
+    /// Why it should not be written: the error on unseen data rises. None if it does not.
     pub doubt: Option<String>,
-    /// Effects without which the error on unseen data is no larger, each as the only one that is left out.
+    /// Effects each of which can be left out alone without a larger error on unseen data.
     pub needless: Vec<Needless>,
 }
 
-/// An effect that foretells nothing.
+/// An effect that does not lower the error on unseen data.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Needless {
     /// Its id.

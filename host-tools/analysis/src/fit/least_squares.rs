@@ -11,21 +11,21 @@ use softdock_physics::model::Model;
 
 /// Evaluations per parameter at most.
 const MAX_STALLED_STEPS: usize = 20;
-/// Eigenvalues of a correlation matrix below this are round-off.
+/// Eigenvalues of a correlation matrix are raised to this: smaller ones are round-off.
 const SINGULAR: f64 = 1e-12;
 
 /// Values of the free parameters, and how well they are known.
 pub(super) struct Solution {
     /// Best values.
     pub values: Vec<f64>,
-    /// Their covariance, priors included, as wide as what is left says.
+    /// Their covariance, priors included, widened for residuals that are not white.
     covariance: DMatrix<f64>,
-    /// The same by the curvature of χ² alone.
+    /// Covariance from the curvature of χ² alone.
     curvature: DMatrix<f64>,
 }
 
 impl Solution {
-    /// The values of the model file, about which nothing is known.
+    /// Values of the model file, with a covariance of zero.
     pub(super) fn start(free: &[Parameter]) -> Self {
         Self {
             values: free.iter().map(|p| p.value).collect(),
@@ -34,7 +34,8 @@ impl Solution {
         }
     }
 
-    /// Best values of all, where the parameters at some places have these ones: χ² is a parabola about its minimum.
+    /// Best values of all parameters if the parameters at the places `held` have the given values: χ² is taken as a parabola
+    /// about its minimum.
     pub(super) fn given(&self, held: &[(usize, f64)]) -> Vec<f64> {
         let of_held = DMatrix::from_fn(held.len(), held.len(), |i, k| {
             self.curvature[(held[i].0, held[k].0)]
@@ -76,7 +77,7 @@ fn with_values(model: &Model, free: &[Parameter], values: &[f64]) -> Model {
     changed
 }
 
-/// Derivative of the residuals by each parameter at the values of the model file.
+/// Derivatives of the residuals at the values of the model file: one column per parameter.
 pub(super) fn jacobian(
     residuals: &Residuals<'_>,
     model: &Model,
@@ -86,7 +87,7 @@ pub(super) fn jacobian(
     columns(residuals, model, free, &values)
 }
 
-/// Central differences; one-sided where a range ends, and where one side tells as much as two.
+/// Derivatives by central differences; one-sided where a range ends, and where the prediction is linear.
 fn columns(
     residuals: &Residuals<'_>,
     model: &Model,
@@ -264,7 +265,7 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
 mod tests {
     use super::*;
 
-    /// χ² = (x − 1)² + (x + y − 3)²: with y held at 0, x is 2.
+    /// χ² = (x − 1)² + (x + y − 3)²: with y held at 0, its minimum is at x = 2.
     #[test]
     fn what_is_held_moves_the_others() {
         let information = DMatrix::from_row_slice(2, 2, &[2.0, 1.0, 1.0, 1.0]);

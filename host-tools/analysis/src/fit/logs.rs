@@ -1,4 +1,4 @@
-//! The recordings that a fit works with, checked before anything is concluded from them.
+//! The recordings of a fit, checked before it.
 
 use super::record::Names;
 use super::{excitation, same_rig};
@@ -11,14 +11,15 @@ use softdock_physics::model::Model;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-/// Recordings to fit on, and recordings that the fit does not see, if there are any.
+/// Recordings to fit, and unseen ones, if there are any.
 #[derive(Clone, Debug)]
 pub struct Logs {
-    /// To fit on.
+    /// Recordings to fit.
     pub train: Vec<Recording>,
-    /// Unseen.
+    /// Unseen recordings.
     pub test: Vec<Recording>,
-    /// As the user gave them; without an unseen recording, `test` is the end of `train`, if that can be held back.
+    /// Names as the user gave them. Without an unseen recording the name for `test` is that of the end of `train`, if it can be
+    /// held back.
     pub names: Names,
     /// What the user should know about them.
     pub notes: Vec<String>,
@@ -54,7 +55,7 @@ impl Logs {
         Ok(logs.named(&train, &test))
     }
 
-    /// The same under these names.
+    /// The same logs under other names.
     pub fn named(self, train: &[String], test: &[String]) -> Self {
         let test = match test {
             [] => all_held_back(&self.fitted()).map(|_| format!("{}, its end", train.join(", "))),
@@ -67,7 +68,7 @@ impl Logs {
         }
     }
 
-    /// Those to fit on.
+    /// Recordings to fit.
     pub fn fitted(&self) -> Vec<&Recording> {
         self.train.iter().collect()
     }
@@ -77,8 +78,8 @@ impl Logs {
         self.test.iter().collect()
     }
 
-    /// Logs to fit on and logs to judge on: without unseen ones the end of each of the others is held back, and where that cannot be
-    /// they are judged themselves.
+    /// Logs to fit and logs to judge. Without unseen logs the end of each log is held back; where that is not possible the fitted
+    /// logs are also those that are judged.
     pub(crate) fn parted(&self) -> [Vec<Cow<'_, Recording>>; 2] {
         let held_back = match self.test.is_empty() {
             true => all_held_back(&self.fitted()),
@@ -99,7 +100,7 @@ impl Logs {
         [&self.train, test].map(|logs| logs.iter().map(Cow::Borrowed).collect())
     }
 
-    /// An error on what [`Self::parted`] judges, if it is one on unseen data.
+    /// `error` of the judged logs of [`Self::parted`] if these are unseen data, otherwise None.
     pub(crate) fn on_unseen(&self, error: f64) -> Option<f64> {
         let is_unseen = !self.test.is_empty() || self.names.test.is_some();
         is_unseen.then_some(error)
@@ -125,7 +126,7 @@ fn names(paths: &[PathBuf]) -> Vec<String> {
 struct Reader<'a> {
     model: &'a Model,
     notes: Vec<String>,
-    /// What the logs lack, each once with the names of those that lack it.
+    /// What logs lack, each with the names of the logs that lack it.
     lacking: Vec<(String, Vec<String>)>,
 }
 
@@ -156,7 +157,7 @@ impl Reader<'_> {
         Ok(recording)
     }
 
-    /// What the user should know about all that was read.
+    /// Notes on all recordings that were read.
     fn told(self) -> Vec<String> {
         let lacking = self.lacking.into_iter();
         let lacking = lacking.map(|(lack, names)| format!("{}: {lack}", names.join(", ")));
@@ -164,12 +165,12 @@ impl Reader<'_> {
     }
 }
 
-/// The recordings themselves.
+/// References to recordings.
 pub(crate) fn refs<'a>(logs: &'a [Cow<'_, Recording>]) -> Vec<&'a Recording> {
     logs.iter().map(AsRef::as_ref).collect()
 }
 
-/// Neither does a copy of it: no two measurements have the same noise.
+/// Refuses copies of a recording, which would be no unseen data either: no two measurements have the same noise.
 fn refuse_copies(named: &[(&str, &Recording)]) -> Result<()> {
     let measured = |cycle: &CycleRecord| {
         let wrench = cycle.inputs.sensor.wrench.map(f64::to_bits);
@@ -191,7 +192,7 @@ fn refuse_copies(named: &[(&str, &Recording)]) -> Result<()> {
     Ok(())
 }
 
-/// A log that a fit has seen says nothing about what it has not.
+/// Refuses a file that is given twice: a log that was fitted is no unseen data.
 fn refuse_twice<'a>(paths: impl Iterator<Item = &'a PathBuf>) -> Result<()> {
     let mut seen: Vec<PathBuf> = Vec::new();
     for path in paths {

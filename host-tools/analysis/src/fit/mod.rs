@@ -3,11 +3,11 @@
 //! [`refit`] moves all parameters of the added effects, and every nominal parameter that has a
 //! tolerance, together: by Levenberg and Marquardt's method on the residuals of all channels of
 //! [`softdock_physics::model::prediction`], each in units of its expected noise, with the tolerances as
-//! Gaussian priors. What the recording does not determine stays as it is and is said to be
-//! undetermined; a number with an interval of the size of the universe is no result.
+//! Gaussian priors. A parameter that the recording does not determine keeps its value and is
+//! reported as undetermined, in place of a value with a meaninglessly wide interval.
 //!
-//! [`Logs`] are the recordings of a fit, checked; [`judged`] holds a fit against what it has not seen; [`record`] writes the
-//! steps of a model's history, [`excitation`] says what a recording cannot teach at all.
+//! [`Logs`] are the recordings of a fit, checked; [`judged`] judges a fit on unseen data; [`record`] writes the steps of a
+//! model's history; [`excitation`] says what a recording cannot show at all.
 
 pub mod excitation;
 pub mod judged;
@@ -46,16 +46,16 @@ use std::ops::Range;
 const CONTROLLERS: &str = "kept: the controller's own";
 /// Why a file keeps its value: the new interval contains the old value.
 const NO_NEWS: &str = "kept: no significant change";
-/// Why a model keeps its value: it was not asked for.
+/// Why a model keeps its value: nominal parameters were not to be fitted.
 const EXACT: &str = "kept: as in the model";
-/// Relative fall of χ² at which each round ends. A round gives the channels the weights that the last one found, and finding weights
-/// takes no exact values.
+/// Relative fall of χ² at which each round ends. After a round each channel is weighted by the rms that its residuals then have;
+/// the weights of the first round need no exact values.
 const ROUNDS: [f64; 2] = [1e-6, 1e-9];
 
 /// A parameter that the recording determines.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Refitted {
-    /// Its place in the model file.
+    /// Its key in the model file.
     pub name: String,
     /// SI unit, `-` if it has none.
     pub unit: String,
@@ -79,7 +79,7 @@ pub struct Refitted {
 /// A parameter that the recording does not determine.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Undetermined {
-    /// Its place in the model file.
+    /// Its key in the model file.
     pub name: String,
     /// SI unit, `-` if it has none.
     pub unit: &'static str,
@@ -92,9 +92,9 @@ pub struct Undetermined {
 /// Result of a fit of all parameters.
 #[derive(Clone, Debug)]
 pub struct Refit {
-    /// What the recording determines.
+    /// Parameters that the recording determines.
     pub parameters: Vec<Refitted>,
-    /// What it does not.
+    /// Parameters that it does not determine.
     pub undetermined: Vec<Undetermined>,
     /// The model with the fitted values.
     pub after: Model,
@@ -113,8 +113,8 @@ pub fn refit(
     refit_those(model, recordings, &|_| true, progress)
 }
 
-/// [`refit`] of the model's effects from the place `first` on; the others are exact. Nominal parameters keep their values, and their
-/// tolerances are in the intervals.
+/// [`refit`] of the effects with indices from `first` on; the other effects are held exactly. Nominal parameters are free, so
+/// that their tolerances widen the intervals, but keep their values.
 pub(crate) fn refit_effects(
     model: &Model,
     first: usize,
@@ -128,7 +128,7 @@ pub(crate) fn refit_effects(
     Ok(fit.result(model, Some(EXACT)))
 }
 
-/// [`refit`] of some of the parameters; the others are exact.
+/// [`refit`] of the parameters that `those` accepts; the others are held exactly.
 pub(crate) fn refit_those(
     model: &Model,
     recordings: &[&Recording],
@@ -138,14 +138,14 @@ pub(crate) fn refit_those(
     Ok(fitted(model, recordings, those, progress)?.result(model, None))
 }
 
-/// What a fit ends in.
+/// Result of a fit, before it is decided which values are kept.
 struct Fitted {
-    /// What it has moved.
+    /// Parameters that were fitted.
     free: Vec<Parameter>,
-    /// What it has not, as the recordings do not determine it.
+    /// Parameters that were held, as the recordings do not determine them.
     held: Vec<(Parameter, Doubt)>,
     solution: Solution,
-    /// See [`Residuals`].
+    /// [`Residuals::believed`].
     believed: bool,
 }
 
@@ -201,7 +201,7 @@ fn longest_s(signals: &Signals<'_>) -> f64 {
     longest.unwrap_or_default() as f64 * signals.cycle_s
 }
 
-/// Takes what is in doubt out of the fit, and its value out of the values from which that goes on.
+/// Moves undetermined parameters from `free` to `held`, and drops their values from the starting point of the next fit.
 fn hold(
     free: &mut Vec<Parameter>,
     values: &mut Vec<f64>,
@@ -217,8 +217,8 @@ fn hold(
 }
 
 impl Fitted {
-    /// The model with the values of what is not kept, which are the best ones beside what is; `nominal`: why nominal parameters are kept
-    /// in any case.
+    /// The model after the fit. Some parameters keep their values; the others get the best values given these. `nominal`: the
+    /// reason to keep all nominal parameters, if they are to be kept.
     fn result(self, model: &Model, nominal: Option<&'static str>) -> Refit {
         let kept = |k: usize| {
             let why = nominal.filter(|_| self.free[k].tolerance.is_some());
@@ -272,7 +272,7 @@ impl Fitted {
         (parameter.tolerance.is_some() && moved < self.reach(k)).then_some(NO_NEWS)
     }
 
-    /// A parameter with a value, and why the file keeps its own, if it does.
+    /// Report on parameter `k` with a `value`; `kept`: why the file keeps its own value, if it does.
     fn refitted(&self, k: usize, value: f64, kept: Option<&'static str>) -> Refitted {
         let parameter = &self.free[k];
         let reach = self.reach(k);

@@ -6,10 +6,10 @@ use softdock_physics::model::{
     BodyModel, GuideModel, Model, SensorModel, ToleranceModel, ToolModel, WallModel,
 };
 
-/// Takes place, name, unit, value and tolerance of a nominal parameter.
+/// Callback that receives place, name, unit, value and tolerance of a nominal parameter.
 pub(super) type Visit<'a> = dyn FnMut(ParameterId, String, &'static str, f64, f64) + 'a;
 
-/// Names all nominal parameters.
+/// Visits all nominal parameters of a model.
 pub(super) fn nominal(model: &Model, visit: &mut Visit<'_>) {
     let tolerance = &model.tolerance;
     let actuator = &model.actuator;
@@ -137,7 +137,7 @@ fn tool_and_sensor(model: &Model, visit: &mut Visit<'_>) {
     }
 }
 
-/// What the tool has along or about one axis.
+/// Visits the tool's parameters along or about axis `i`.
 fn tool_along(i: usize, tool: &ToolModel, tolerance: &ToleranceModel, visit: &mut Visit<'_>) {
     let name = format!("tool.com_m[{i}]");
     let id = ParameterId::ToolCom(i);
@@ -152,7 +152,7 @@ fn tool_along(i: usize, tool: &ToolModel, tolerance: &ToleranceModel, visit: &mu
     );
 }
 
-/// The same of the sensor.
+/// Visits the sensor's parameters along or about axis `i`.
 fn sensor_along(i: usize, sensor: &SensorModel, tolerance: &ToleranceModel, visit: &mut Visit<'_>) {
     let name = format!("sensor.position_m[{i}]");
     let position_m = sensor.position_m[i];

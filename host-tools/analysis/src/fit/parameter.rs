@@ -1,4 +1,4 @@
-//! What a fit may move: parameters of added effects, and nominal parameters within tolerances.
+//! Parameters that a fit may move: those of added effects, and nominal parameters within their tolerances.
 
 use super::nominal::nominal;
 use super::parameter_id::{ParameterId, Spacecraft};
@@ -11,7 +11,7 @@ use softdock_physics::model::{
     Allowed, BodyModel, EffectModel, GuideModel, Model, known_parameters,
 };
 
-/// Longest delay or lag, s, and largest distance, m, stiffness and so on: far beyond any rig.
+/// Bound of a nominal parameter, in its SI unit (s, m, N/m ...): far beyond any rig.
 const HUGE: f64 = 1e9;
 /// Step of a numerical derivative, relative to the value of an effect's parameter.
 const RELATIVE_STEP: f64 = 1e-3;
@@ -19,10 +19,10 @@ const RELATIVE_STEP: f64 = 1e-3;
 const RANGE_STEP: f64 = 1e-6;
 /// Step of a numerical derivative, relative to a tolerance.
 const TOLERANCE_STEP: f64 = 0.1;
-/// Step of the length of a pause, s: its effect comes in parts of a cycle.
+/// Step of a numerical derivative of the length of a pause, s: the prediction changes in parts of a cycle only.
 const PAUSE_STEP_S: f64 = 5e-4;
 
-/// Whether the numbers of an effect are read from the recording directly; no residual says more about them.
+/// Whether the parameters of an effect are read from the recording directly. Residuals then say nothing about them.
 fn is_read_directly(id: &str) -> bool {
     let of_samples = |law: Law| matches!(law, Law::Clock(Clock::Scatter(_)) | Law::Sample(_));
     by_id(id).is_some_and(|effect| of_samples(effect.law))
@@ -31,7 +31,7 @@ fn is_read_directly(id: &str) -> bool {
 /// A parameter that may move.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
-    /// Where it stands.
+    /// Its place in the model.
     pub id: ParameterId,
     /// Its name in tables: section and key, or effect and parameter.
     pub name: String,
@@ -39,7 +39,7 @@ pub struct Parameter {
     pub unit: &'static str,
     /// Value in the model file.
     pub value: f64,
-    /// One standard deviation of what is known beforehand; None for an effect's.
+    /// Standard deviation of the Gaussian prior, in `unit`; None for a parameter of an effect.
     pub tolerance: Option<f64>,
     /// Smallest value.
     pub low: f64,
@@ -47,9 +47,9 @@ pub struct Parameter {
     pub high: f64,
     /// Step for a numerical derivative.
     pub step: f64,
-    /// Values closer than this predict the same; 0 for most.
+    /// Changes smaller than this do not change the prediction; 0 for most parameters.
     pub resolution: f64,
-    /// The predictions are linear in it: a difference to one side is their slope.
+    /// Predictions are linear in it: a one-sided difference is the exact slope.
     pub linear: bool,
 }
 
@@ -140,8 +140,8 @@ fn is_positive(id: &ParameterId) -> bool {
 }
 
 impl Parameter {
-    /// Gives the parameter a value in `model`, which has the old value; values out of its
-    /// range become the nearest allowed one.
+    /// Writes the parameter's value into `model`, clamped to its range. A place or an orientation is a shift from the value that
+    /// `model` has, which must still be the old one.
     pub fn set(&self, model: &mut Model, value: f64) {
         let value = value.clamp(self.low, self.high);
         let (tool, sensor) = (&mut model.tool, &mut model.sensor);
@@ -183,7 +183,7 @@ impl Parameter {
         }
     }
 
-    /// The same for a model that is written to a file: with as many digits as mean something.
+    /// The same for a model that is written to a file: shifted places and orientations are rounded to significant digits.
     pub(super) fn write(&self, model: &mut Model, value: f64) {
         self.set(model, value);
         match self.id {
@@ -199,8 +199,8 @@ impl Parameter {
         }
     }
 
-    /// Whether it is something of which the rig's controller has a copy, with which it computes
-    /// the model velocity from the reading.
+    /// Whether the parameter is one of tool or sensor. The rig's controller has its own copy of these, from which it computes the
+    /// model velocity.
     pub(super) fn is_of_the_reading(&self) -> bool {
         matches!(
             self.id,
@@ -213,7 +213,8 @@ impl Parameter {
         )
     }
 
-    /// Keeps a delay behind which a load is told within so much, s, or within its own value: what is later leaves too little of a log.
+    /// Bounds a delay of a commanded load to `latest_s`, or to its own value if that is larger. With a longer delay too few rows
+    /// of a log are predicted.
     pub(super) fn no_later_than(&mut self, latest_s: f64, model: &Model) {
         let ParameterId::Effect(k, _) = self.id else {
             return;
@@ -225,7 +226,7 @@ impl Parameter {
         }
     }
 
-    /// Notes the interval of an effect's parameter.
+    /// Stores the 95 % interval of an effect's parameter in the model; no other parameter has one there.
     pub(super) fn set_interval(&self, model: &mut Model, interval: [f64; 2]) {
         if let ParameterId::Effect(k, name) = &self.id {
             let effect = &mut model.effects[*k];
@@ -251,7 +252,8 @@ fn body_of(model: &mut Model, spacecraft: Spacecraft) -> &mut BodyModel {
 mod tests {
     use super::*;
 
-    /// The ends of the ranges of a lag of 0.5 s and a delay of 20 ms, s, where a quarter of the shortest stretch is 0.3 s.
+    /// A lag of 0.5 s and a delay of 20 ms with `latest_s` = 0.3 s: upper bounds of both, s, with a measured and a commanded
+    /// wrench.
     #[test]
     fn a_delay_leaves_most_of_a_log_and_a_lag_all_of_it() {
         for (wrench, lag_s, delay_s) in [("measured", 10.0, 10.0), ("commanded", 10.0, 0.3)] {

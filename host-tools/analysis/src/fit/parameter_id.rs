@@ -5,11 +5,11 @@
 pub enum Spacecraft {
     /// Moved by the robot.
     K,
-    /// The other.
+    /// The other one, which the robot does not move.
     Q,
 }
 
-/// Where a parameter stands in a model; numbers are axes or places in a list.
+/// Place of a parameter in a model. Numbers are axes, or indices of a list.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ParameterId {
     /// Transport delay.
@@ -26,11 +26,11 @@ pub enum ParameterId {
     GuideStiffness,
     /// Damping of the guide.
     GuideDamping,
-    /// Centre line of the guide.
+    /// Centre line of the guide, along one axis.
     GuidePosition(usize),
-    /// A number of a docking mechanism, by its JSON pointer.
+    /// Number in a docking mechanism: index of the mechanism, JSON pointer of the number.
     Docking(usize, String),
-    /// Place of a docking mechanism.
+    /// Position of a docking mechanism: its index, axis.
     DockingPosition(usize, usize),
     /// Mass of the tool.
     ToolMass,
@@ -38,7 +38,7 @@ pub enum ParameterId {
     ToolCom(usize),
     /// Diagonal element of the tool's inertia.
     ToolInertia(usize),
-    /// Zero of the sensor.
+    /// Zero of the sensor, one of its six axes.
     Bias(usize),
     /// Position of the sensor.
     SensorPosition(usize),

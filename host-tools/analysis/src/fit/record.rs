@@ -17,7 +17,7 @@ pub struct Names {
     pub test: Option<String>,
 }
 
-/// How the error fell: the steps of a history with all of their keys, known or not.
+/// How the error fell: the steps of a history. Every key is written, also one without a value.
 #[derive(Clone, Debug, Serialize)]
 pub struct Fall<'a> {
     /// The steps, in their order.
@@ -35,7 +35,7 @@ pub struct FallStep<'a> {
 }
 
 impl<'a> Fall<'a> {
-    /// Of a history.
+    /// The steps of a history.
     pub fn of(history: &'a [HistoryStep]) -> Self {
         let steps = history.iter().map(|s| FallStep {
             effect: &s.effect,

@@ -13,8 +13,8 @@ use softdock_physics::model::prediction::{
 use softdock_physics::model::{Axis, Channel, Model};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Most residuals that a fit works with. Of a longer recording every second, third ... cycle is
-/// judged; the intervals are as much wider.
+/// Largest number of residuals in a fit. Of longer recordings every second, third ... cycle is used; the intervals widen
+/// accordingly.
 const MOST: usize = 300_000;
 
 /// One residual.
@@ -26,29 +26,29 @@ struct Row {
     sigma: f64,
 }
 
-/// What a fit makes small.
+/// The residual vector of a fit, as a function of the model.
 pub(super) struct Residuals<'a> {
-    /// As it was given: the rig's own controller works with its tool and sensor.
+    /// The model before the fit: its tool and sensor are those that the rig's controller works with.
     given: &'a Model,
     signals: &'a [Signals<'a>],
     /// Durations of the cycles of each recording, by the model as it was given; empty if nominal.
     intervals_s: Vec<Vec<f64>>,
     rows: Vec<Row>,
-    /// Poses as the model as it was given predicts them: those of each model with the same clock.
+    /// Poses as the given model predicts them. They hold for every model with the same clock.
     poses: Vec<ChannelPrediction>,
-    /// The model velocity is predicted with the model's own tool and sensor, because the recording
-    /// does not say with which ones the rig's controller computed it.
+    /// The model velocity is predicted with tool and sensor of the given model, because the recording does not say with which
+    /// ones the rig's controller computed it.
     pub(super) believed: bool,
     /// A velocity was sent, or may have been.
     moves: bool,
     /// See [`Self::keep`].
     kept: Mutex<Option<Kept>>,
-    /// By how much each channel and axis is worse than its noise, whatever is fitted; 1 or more.
+    /// Ratio of rms residual to expected noise that is left on each channel and axis; at least 1. Residuals are divided by it.
     excess: [Six; 4],
 }
 
 impl<'a> Residuals<'a> {
-    /// Everything that the model predicts of the signals.
+    /// Residuals of everything that the model predicts of the signals.
     pub(super) fn new(given: &'a Model, signals: &'a [Signals<'a>]) -> Self {
         let predictions: Vec<Prediction> =
             signals.iter().map(|s| predict_signals(given, s)).collect();
@@ -87,27 +87,28 @@ impl<'a> Residuals<'a> {
         self.rows.len()
     }
 
-    /// The residuals of a model; 0 where it predicts nothing, for which those of the same log and channel count as much more.
+    /// Residuals of a model, weighted. Where it predicts nothing the residual is 0, and those of the same log and channel are
+    /// scaled up in its place.
     pub(super) fn of(&self, model: &Model) -> Vec<f64> {
         self.weighted(&self.relative(model))
     }
 
-    /// Values in units of noise in those of [`Self::weigh`].
+    /// Divides values in units of noise by the excess that [`Self::weigh`] has found.
     pub(super) fn weighted(&self, relative: &[f64]) -> Vec<f64> {
         let all = relative.iter().zip(&self.rows);
         all.map(|(value, row)| value / self.excess[row.channel as usize][row.axis.index()])
             .collect()
     }
 
-    /// The part of the logs in which each residual lies.
+    /// Part of the logs to which each residual belongs, for the sandwich covariance.
     pub(super) fn parts(&self) -> Vec<usize> {
         let cycles = self.signals.iter().map(|s| s.cycles.len());
         let rows = self.rows.iter().map(|row| (row.log, row.cycle));
         sandwich::parts(&cycles.collect::<Vec<_>>(), rows)
     }
 
-    /// Gives each channel and axis the weight that its residuals with this model deserve: an error
-    /// that no parameter takes away must not make the parameters look certain.
+    /// Sets the weight of each channel and axis by the rms of its residuals with this model: an error that no parameter removes
+    /// must not make the parameters look certain.
     pub(super) fn weigh(&mut self, model: &Model) {
         let mut sums = [[(0.0, 0_usize); 6]; 4];
         for (residual, row) in self.relative(model).iter().zip(&self.rows) {
@@ -119,8 +120,8 @@ impl<'a> Residuals<'a> {
             sums.map(|axes| axes.map(|(sum, count)| (sum / count.max(1) as f64).sqrt().max(1.0)));
     }
 
-    /// Keeps the residuals of a model, and what it has in common with those that differ from it in effects on the reading alone: of
-    /// most of the models about it that a fit tries next, nothing else is predicted anew.
+    /// Caches the residuals of a model, and the predictions it shares with all models that differ only in effects on the reading.
+    /// Most models that a fit tries next are of that kind, and only their wrench is predicted anew.
     pub(super) fn keep(&self, model: &Model) {
         let before = self.kept();
         if before.as_ref().is_some_and(|kept| kept.model == *model) {
@@ -133,12 +134,12 @@ impl<'a> Residuals<'a> {
         *self.kept.lock().unwrap_or_else(PoisonError::into_inner) = Some(kept);
     }
 
-    /// Slopes of the residuals of the model that is kept, in units of noise, as far as they are known.
+    /// Cached derivatives of the residuals of the kept model, in units of noise, by parameter; empty if there are none.
     pub(super) fn slopes(&self) -> Vec<(ParameterId, Arc<[f64]>)> {
         self.kept().map_or_else(Vec::new, |kept| kept.slopes)
     }
 
-    /// Keeps slopes, too, until another model is kept.
+    /// Caches derivatives for the kept model, until another model is kept.
     pub(super) fn keep_slopes(&self, slopes: Vec<(ParameterId, Arc<[f64]>)>) {
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(kept) = kept.as_mut() {
@@ -184,7 +185,7 @@ impl<'a> Residuals<'a> {
         self.missed(model, &kept).into()
     }
 
-    /// Residuals over noise of a model that has this in common with the one that is kept.
+    /// Computes these for a model that shares the predictions of `kept`.
     fn missed(&self, model: &Model, kept: &Kept) -> Vec<f64> {
         let logs = &kept.logs;
         let each = logs.iter().zip(self.signals).zip(&*kept.loads);
@@ -209,8 +210,8 @@ impl<'a> Residuals<'a> {
         in_place_of_lost(&self.rows, self.rows.iter().map(of_row).collect())
     }
 
-    /// A model that is equal for all that differ in effects on the reading alone, and in the zero of the sensor. A delay of a drive,
-    /// or of a clock, is one of these effects in logs in which no velocity is sent.
+    /// The model without its effects on the reading alone and with a zero of 0: equal for all models that share predictions. In
+    /// logs in which no velocity is sent, a delay of a drive or a clock is such an effect, too.
     fn common(&self, model: &Model) -> Model {
         let mut common = model.clone();
         common.sensor.bias = [0.0; 6];
@@ -221,9 +222,9 @@ impl<'a> Residuals<'a> {
         common
     }
 
-    /// What the models of [`Self::common`] have, of each log.
+    /// Predictions that all models with the same [`Self::common`] share, one per log.
     fn unaffected(&self, model: &Model) -> Arc<[Unaffected]> {
-        // The model velocity shows what the controller believes of tool and sensor, not what is.
+        // The model velocity depends on the tool and sensor that the controller assumes, not on the true ones.
         let believed = Model {
             tool: self.given.tool.clone(),
             sensor: self.given.sensor.clone(),
@@ -244,22 +245,22 @@ impl<'a> Residuals<'a> {
     }
 }
 
-/// A model's residuals, and what it has in common with others, of each log.
+/// Cached residuals of a model, and the predictions it shares with others.
 #[derive(Clone)]
 struct Kept {
     model: Model,
     /// The model without its effects on the reading alone.
     common: Model,
     logs: Arc<[Unaffected]>,
-    /// What the model's effects load the sensor with.
+    /// Loads on the sensor by each of the model's effects, per log.
     loads: Arc<[LoadOfEach]>,
-    /// Its residuals over noise.
+    /// Its residuals in units of noise.
     relative: Arc<[f64]>,
-    /// Slopes of those by some parameters.
+    /// Derivatives of these by some parameters.
     slopes: Vec<(ParameterId, Arc<[f64]>)>,
 }
 
-/// What no effect on the reading alone changes of a log's prediction.
+/// Predictions of one log that no effect on the reading alone changes.
 struct Unaffected {
     wrench: Nominal,
     executed: ChannelPrediction,
@@ -268,8 +269,9 @@ struct Unaffected {
     pose: Option<ChannelPrediction>,
 }
 
-/// Residuals of which those that are lost count as the others of their log and channel do: a delay of a drive must not be worth what
-/// it leaves unpredicted. It is bounded so that something is left.
+/// Replaces residuals without a prediction by 0, and scales those of the same log and channel so that their sum of squares stands
+/// for all. Otherwise a delay of a drive would gain by every row that it leaves unpredicted. Delays are bounded so that some rows
+/// are left.
 fn in_place_of_lost(rows: &[Row], relative: Vec<Option<f64>>) -> Vec<f64> {
     let same = |a: &(&Row, &Option<f64>), b: &(&Row, &Option<f64>)| {
         (a.0.log, a.0.channel) == (b.0.log, b.0.channel)
@@ -310,7 +312,7 @@ fn all_rows(log: usize, prediction: &Prediction, every: usize) -> Vec<Row> {
 mod tests {
     use super::*;
 
-    /// Of each log and channel apart; one of which nothing is predicted has no error.
+    /// Each log and channel is scaled by itself; one without any prediction has no error.
     #[test]
     fn lost_rows_count_as_those_that_are_left() {
         let row = |log, channel| Row {

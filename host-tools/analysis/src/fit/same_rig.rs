@@ -3,8 +3,8 @@
 use softdock_io::recording::Recording;
 use toml_edit::DocumentMut;
 
-/// Settings that describe the rig and its spacecraft; what a test starts with and the law may differ.
-/// Each with its words before the value and its unit.
+/// Settings that describe the rig and its spacecraft. Initial conditions and the control law may differ between logs.
+/// Each is a path, the words before the value, and the unit.
 const OF_THE_RIG: [(&str, &str, &str); 9] = [
     ("control.body_k.mass_kg", "mass of spacecraft K", " kg"),
     ("control.body_k.inertia_kg_m2", "inertia of K", " kg·m²"),
@@ -17,7 +17,7 @@ const OF_THE_RIG: [(&str, &str, &str); 9] = [
     ("control.robot.cycle_s", "cycle of", " s"),
 ];
 
-/// What differs between the first recording and the others, in sentences; names go with them.
+/// Differences of settings between the first recording and each other one, as sentences with the names of the recordings.
 pub(super) fn differences(logs: &[(&str, &Recording)]) -> Vec<String> {
     let Some(((first_name, first), others)) = logs.split_first() else {
         return Vec::new();
@@ -41,8 +41,8 @@ pub(super) fn differences(logs: &[(&str, &Recording)]) -> Vec<String> {
     others.iter().filter_map(of_other).collect()
 }
 
-/// The settings in which the first unseen recording differs from the first one of the fit, as the beginning of a
-/// sentence; none if it does not, or nothing is unseen.
+/// Settings in which the first unseen recording differs from the first one of the fit, as the beginning of a sentence. None if no
+/// setting differs, or there is no unseen recording.
 pub(crate) fn said_first(train: &[&Recording], test: &[&Recording]) -> Option<String> {
     let (fit, unseen) = (settings(train.first()?)?, settings(test.first()?)?);
     let (mut here, mut there) = (Vec::new(), Vec::new());
@@ -77,7 +77,7 @@ fn differing(
     })
 }
 
-/// None where a recording has no settings, as those of other programs.
+/// Settings of a recording. None where it has none, as recordings of other programs.
 fn settings(recording: &Recording) -> Option<DocumentMut> {
     let text = recording.header.settings_toml.trim();
     (!text.is_empty()).then(|| text.parse().ok()).flatten()

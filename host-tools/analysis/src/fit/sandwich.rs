@@ -1,18 +1,19 @@
-//! How uncertain parameters are where what is left is no white noise.
+//! Covariance of estimates where the residual is not white.
 //!
-//! The inverse of the information is the covariance of the estimates if each residual is noise of its own. What errors that last
-//! make of them is seen in parts of the logs: each part moves the estimates by the sum of its residuals times their
-//! influence, and the squares of these sums are the variance (the sandwich of White 1980, with parts of the logs as clusters).
+//! The inverse of the information matrix is the covariance of the estimates only if residuals are independent. Errors that last
+//! are therefore judged by parts of the logs. Each part moves the estimates by the sum of its residuals times their influence;
+//! the variance is the sum of the squares of these moves (the sandwich of White 1980, with parts of the logs as clusters).
 
 use nalgebra::DMatrix;
 use std::collections::BTreeSet;
 
-/// Parts of all logs together, by which a deviation is known to an eighth. An error that lasts longer than a part is not seen.
+/// Number of parts of all logs together: with 32 of them a standard deviation is known to an eighth. An error that lasts longer
+/// than a part is not seen.
 const PARTS: usize = 32;
 
-/// Widens the `covariance` of parameters, some of which have tolerances, by what the residuals of the parts of the logs say;
-/// `columns` are the derivatives of the residuals, `part_of` tells the part of each. It is never made narrower: what is
-/// anticorrelated in the fit need not be so elsewhere.
+/// Widens the `covariance` of parameters by what the parts of the logs say. `columns` are the derivatives of the residuals, one
+/// column per parameter; `part_of` is the part of each residual; a parameter without a prior has no tolerance. No variance
+/// becomes smaller: residuals that are anticorrelated in the fit need not be so elsewhere.
 pub(super) fn widen(
     covariance: &mut DMatrix<f64>,
     columns: &[Vec<f64>],
@@ -21,7 +22,7 @@ pub(super) fn widen(
     tolerances: &[Option<f64>],
 ) {
     let parts = part_of.iter().max().map_or(0, |last| last + 1);
-    // A wrench may be judged in a contact alone.
+    // Parts may be without residuals, as of a wrench that is judged in contacts alone.
     let judged = part_of.iter().collect::<BTreeSet<_>>().len();
     if judged < PARTS / 2 {
         return;
@@ -45,7 +46,7 @@ pub(super) fn widen(
             (variance / covariance[(k, k)]).sqrt().max(1.0)
         })
         .collect();
-    // How two of them move together is what the fit says: parts are too few to say it anew.
+    // Correlations stay those of the fit: there are too few parts to estimate them.
     for (i, of_row) in factors.iter().enumerate() {
         for (k, of_column) in factors.iter().enumerate() {
             covariance[(i, k)] *= of_row * of_column;
@@ -69,8 +70,8 @@ mod tests {
     const COUNT: usize = 4000;
     const TRUTH: [f64; 2] = [2.0, -1.0];
 
-    /// An offset and a slow swing, fitted to a series with noise that a value keeps to such a share: the deviations from the truth
-    /// in standard deviations, and the standard deviation of the offset over that of white noise.
+    /// Fits an offset and a slow swing to a series with autoregressive noise of coefficient `kept`. Returns the errors of both in
+    /// standard deviations, and the standard deviation of the offset over the one for white noise.
     fn fitted(seed: u64, kept: f64) -> ([f64; 2], f64) {
         let mut random = RandomStream::new(seed, 0);
         let swing = |n: usize| (0.02 * n as f64).sin();
@@ -94,7 +95,7 @@ mod tests {
         ([off(0), off(1)], covariance[(0, 0)].sqrt() / of_white)
     }
 
-    /// Of noise that lasts for 20 values those of white noise hold the truth in a third of the cases.
+    /// With noise that lasts for 20 values, intervals for white noise would contain the truth in a third of the cases.
     #[test]
     fn intervals_hold_the_truth_under_noise_that_lasts() {
         const SEEDS: u64 = 200;

@@ -9,12 +9,12 @@ use std::ops::Range;
 
 /// Loads below this multiple of the sensor's noise are none.
 const LOADED: f64 = 10.0;
-/// Parts of the recording that are told apart.
+/// Number of equal parts into which the time of a recording is divided.
 const TIMES: usize = 8;
 /// Longest time after the beginning of a contact, s.
 const AFTER_CONTACT_S: f64 = 1.0;
 
-/// A quantity, sorted into groups.
+/// A quantity, with the cycles of the recording grouped by it.
 #[derive(Clone, Debug)]
 pub(super) struct Candidate {
     pub(super) quantity: Quantity,
@@ -61,7 +61,7 @@ pub(super) fn all(
     found
 }
 
-/// A quantity of an axis over the whole recording, in contact only, and by its size where it has both signs.
+/// Variants of a quantity of an axis: over the whole recording, in contact only, and by its size where it takes both signs.
 fn variants(
     quantity: Quantity,
     axis: Axis,

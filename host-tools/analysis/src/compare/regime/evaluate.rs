@@ -7,9 +7,9 @@ use crate::compare::series::Series;
 use softdock_statistics::Fit;
 use std::ops::Range;
 
-/// A mean that explains this share of the error is preferred to a place where the error is large.
+/// If the mean along a quantity explains this share of the error, it is preferred to an interval in which the error is large.
 const MEAN_FIRST: f64 = 0.4;
-/// A place is said to hold an error by the bins that hold this share of it.
+/// Share of an error that the bins of an interval have to hold.
 const HELD: f64 = 0.8;
 
 /// Scores that differ by less are about the same.
@@ -36,7 +36,7 @@ struct Concentration {
 }
 
 impl Concentration {
-    /// How much more error than time it holds.
+    /// Share of the error minus share of the cycles.
     fn gain(&self) -> f64 {
         self.share - self.time_share
     }
@@ -50,7 +50,7 @@ impl Judged<'_> {
             && (same_everywhere || mean >= MEAN_FIRST || mean >= self.concentration.gain())
     }
 
-    /// Share, less what a candidate has to be better by than a simpler or nearer one.
+    /// Explained share, less a handicap: simpler quantities, and those of the same axis, are preferred.
     fn score(&self, series: &Series) -> f64 {
         let candidate = self.candidate;
         let share = if self.by_mean() {
@@ -112,8 +112,8 @@ pub(super) fn ranked(
     regimes.into_iter().map(|(_, regime)| regime).collect()
 }
 
-/// Of regimes that are about as good as the best, the first is one that is not by chance; of
-/// places, which a short event has in every quantity, the one that is the least likely chance.
+/// Among regimes about as good as the best, puts one first that is significant. Among intervals, that with the smallest p comes
+/// first, as a short event shows as an interval of every quantity.
 fn surest_first(regimes: &mut [(f64, Regime)]) {
     let Some(best) = regimes.first().map(|(score, _)| *score) else {
         return;
@@ -154,7 +154,7 @@ fn shares(candidate: &Candidate, relative: &[f64], excess: f64) -> Vec<(f64, usi
         .collect()
 }
 
-/// The neighbouring bins with the least time that hold most of the error.
+/// The neighbouring bins that hold most of the error and have most error for their number of cycles.
 fn narrowest(shares: &[(f64, usize)], cycles: usize) -> Concentration {
     let mut best = Concentration::default();
     for from in 0..shares.len() {

@@ -6,23 +6,23 @@ use crate::compare::series::Series;
 use softdock_physics::model::Channel;
 use softdock_statistics::{f_p, periodogram, shape_of};
 
-/// Half-octave bands from here up, Hz; below lies one band.
+/// Upper edge of the lowest band, Hz; above it bands are half an octave wide.
 const LOWEST_HZ: f64 = 0.5;
 /// Swinging is said of errors above this frequency, Hz: below, everything on a rig is slow.
 const SWINGS_HZ: f64 = 2.0;
 /// Half width of the band about the strongest line, as a part of its frequency.
 const BAND: f64 = 0.2;
-/// A swinging that the command holds as well belongs to the command: the band's share of the
-/// command's own power must be so many times smaller.
+/// An oscillation that the command has as well is the command's own. The band has to hold so many times more of the error than of
+/// the command's power.
 const COMMANDED: f64 = 4.0;
 
-/// Frequencies and power of a series over that of its noise.
+/// Power spectrum of a series in units of its noise, and that of the noise.
 pub struct Spectrum {
     /// Distance of the lines, Hz.
     pub step_hz: f64,
-    /// Power, whose mean is the variance over the noise's.
+    /// Power of each line; its mean is the variance of the series over that of the noise.
     pub power: Vec<f64>,
-    /// That of the noise to expect.
+    /// Power of the expected noise at each line.
     pub noise: Vec<f64>,
 }
 
@@ -58,7 +58,7 @@ impl Spectrum {
     }
 }
 
-/// The error by bands of frequencies, with the score of the band about its strongest line.
+/// The error by bands of frequencies, with the score of the band about its strongest line. None if nothing swings.
 pub(super) fn of(
     source: &Source<'_>,
     series: &Series,
@@ -121,7 +121,7 @@ fn commanded_share(source: &Source<'_>, series: &Series, lines: &std::ops::Range
     if all > 0.0 { inside / all } else { 0.0 }
 }
 
-/// Probability that a band is so much stronger than the rest above [`SWINGS_HZ`].
+/// p-value of a band being so much stronger than the other lines above [`SWINGS_HZ`].
 fn against_rest(spectrum: &Spectrum, band: &std::ops::Range<usize>) -> f64 {
     let swinging = spectrum.lines(SWINGS_HZ, f64::INFINITY);
     let mean = |lines: &dyn Fn(usize) -> bool| {

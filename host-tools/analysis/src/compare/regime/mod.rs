@@ -1,5 +1,5 @@
-//! The regime that explains an error: at which velocity, position, load, time or frequency it
-//! stands, and how it depends on it.
+//! The regime that explains an error: the range of a velocity, position, load, time or frequency in which it shows, and how it
+//! depends on that.
 
 mod candidates;
 mod evaluate;
@@ -17,11 +17,11 @@ pub(super) use words::quantity;
 
 /// Probability of any false regime among all that are tested for a recording.
 const LEVEL: f64 = 0.01;
-/// A regime that accounts for less of the error, offset aside, does not explain it ...
+/// Least share of the error without its offset that a regime has to explain ...
 const EXPLAINS: f64 = 0.25;
-/// ... nor one that accounts for less of the whole error ...
+/// ... least share of the whole error ...
 const MATTERS: f64 = 0.02;
-/// ... nor a place that holds hardly more of the error than of the time.
+/// ... and, of an interval, least difference between its shares of the error and of the time.
 const PLACE_GAIN: f64 = 0.3;
 
 /// What an error may depend on.
@@ -47,7 +47,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// Whether its size without the sign is a quantity of its own, as speed is.
+    /// Whether its absolute value is a quantity of its own, as speed is.
     fn has_size(self) -> bool {
         matches!(self, Self::Velocity | Self::Acceleration | Self::Force)
     }
@@ -57,9 +57,9 @@ impl Quantity {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Dependence {
-    /// Its mean does.
+    /// The mean error depends on it.
     Mean,
-    /// Its size does; the mean is much smaller.
+    /// The size of the error does; the mean is much smaller.
     Size,
     /// It swings in a band of frequencies.
     Band,
@@ -104,7 +104,7 @@ pub struct Regime {
     pub channel: Channel,
     /// Axis of the error.
     pub axis: Axis,
-    /// What it may depend on.
+    /// Quantity on which it may depend.
     pub variable: Quantity,
     /// Axis of this quantity; None for times and frequencies.
     pub along: Option<Axis>,
@@ -114,10 +114,9 @@ pub struct Regime {
     pub in_contact: bool,
     /// Cycles are sorted by the size of the quantity, without its sign.
     pub absolute: bool,
-    /// How it depends.
+    /// How the error depends on the quantity.
     pub dependence: Dependence,
-    /// Part of the error beyond the noise that this accounts for, 0 to 1; a constant offset is
-    /// not counted.
+    /// Share of the error beyond the noise for which the quantity accounts, 0 to 1, without a constant offset.
     pub share: f64,
     /// Part of the error beyond the noise that a constant offset accounts for, 0 to 1.
     pub offset_share: f64,
@@ -125,16 +124,16 @@ pub struct Regime {
     pub offset: f64,
     /// Where most of the error stands, if its size depends, or its band of frequencies.
     pub at: Option<Interval>,
-    /// Probability of at least that by chance, with the error's correlation in time.
+    /// Probability of at least this share by chance, given the correlation of the error in time.
     pub p: f64,
-    /// Not by chance, at 1 % over all that was tried.
+    /// Significant at 1 % over all regimes that were tried.
     pub significant: bool,
     /// The error along the quantity.
     pub bins: Vec<Bin>,
 }
 
 impl Regime {
-    /// Whether it explains the error well enough to be said first.
+    /// Whether it explains the error well enough to be the first thing said of it.
     pub fn explains(&self) -> bool {
         let gain = self.at.map_or(1.0, |at| self.share - at.time_share);
         let is_place = self.dependence == Dependence::Size;
@@ -144,13 +143,13 @@ impl Regime {
             && (!is_place || gain >= PLACE_GAIN)
     }
 
-    /// Part of what an offset leaves of the error beyond the noise.
+    /// Its share of the error beyond the noise that an offset leaves.
     pub fn share_beside_offset(&self) -> f64 {
         beside_offset(self.share, self.offset_share)
     }
 }
 
-/// Everything that an error is held against.
+/// All quantities with which errors are compared.
 pub(super) struct Regimes<'a> {
     source: &'a Source<'a>,
     candidates: Vec<Candidate>,
@@ -174,13 +173,13 @@ impl<'a> Regimes<'a> {
         }
     }
 
-    /// Error of an axis by each kind of quantity, the best first.
+    /// Regimes of the error of an axis, one for each kind of quantity, the best first.
     pub(super) fn of(&self, series: &Series) -> Vec<Regime> {
         evaluate::ranked(self.source, &self.candidates, series, self.level)
     }
 }
 
-/// A share of the error as a share of what an offset leaves of it.
+/// Converts a share of the error to a share of what an offset leaves of it.
 fn beside_offset(share: f64, offset_share: f64) -> f64 {
     (share / (1.0 - offset_share).max(MATTERS)).min(1.0)
 }

@@ -8,13 +8,13 @@ use softdock_report::number;
 const OFFSET_SAID: f64 = 0.1;
 /// A share that rounds to the whole.
 const NEARLY_ALL: f64 = 0.995;
-/// Share of what depends on a quantity that a straight line has to explain to be called one ...
+/// A dependence is called linear if a straight line explains this share of it ...
 const STRAIGHT: f64 = 0.9;
-/// ... and one value for each sign.
+/// ... and one by the sign if one value for each sign explains this share.
 const SIGNED: f64 = 0.7;
-/// What is below this part of the largest value is low, and what is above the other is high.
+/// Below the first share of the largest value a quantity is low, above the second it is high.
 const LOW_AND_HIGH: (f64, f64) = (0.15, 0.5);
-/// An error at low values that is larger than at high ones by this factor is said to be.
+/// An error at low values is mentioned if it exceeds the one at high values by this factor.
 const LARGER: f64 = 1.25;
 
 impl Regime {
@@ -204,7 +204,7 @@ impl Regime {
     }
 }
 
-/// A share in percent; no share is known so well that it is all.
+/// A share in percent. Nearly all is never called all: no share is known so well.
 fn most(share: f64) -> String {
     if share >= NEARLY_ALL {
         "nearly all".to_owned()
@@ -218,7 +218,7 @@ fn weighted_mean(values: impl Iterator<Item = (f64, f64)>) -> f64 {
     if weight > 0.0 { sum / weight } else { 0.0 }
 }
 
-/// Slope of the means along the quantity, and the sum of squares that it explains.
+/// Slope of a weighted line through the bins' means, and the sum of squares that it explains.
 fn line(bins: &[&Bin], middle: f64) -> (f64, f64) {
     let at = weighted_mean(bins.iter().map(|b| (b.centre, b.cycles as f64)));
     let sum = |value: &dyn Fn(&Bin) -> f64| -> f64 {
@@ -246,7 +246,7 @@ impl Sides {
         of(self.negative) + of(self.positive)
     }
 
-    /// Whether the sign of the error is that of the quantity, or its opposite.
+    /// Whether the error has opposite signs on the two sides.
     fn differ(&self) -> bool {
         self.negative.0 * self.positive.0 < 0.0
     }
@@ -273,7 +273,7 @@ fn letter(axis: Axis) -> &'static str {
     ["x", "y", "z"][axis.index() % 3]
 }
 
-/// A value with its unit, lengths and angles below 1 in thousandths.
+/// A value with its unit; lengths and angles below 1 in thousandths or millionths.
 pub(in crate::compare) fn quantity(value: f64, unit: &'static str) -> String {
     let (factor, unit) = readable(value.abs(), unit);
     format!("{} {unit}", number::significant(value * factor, 3))
@@ -286,7 +286,7 @@ fn interval(from: f64, to: f64, unit: &'static str) -> (String, String, &'static
     (text(from), text(to), unit)
 }
 
-/// Factor and name of the unit in which such a value is usually written on a rig; thousands of thousandths in whole ones.
+/// Factor and unit in which a value of this size is usually written on a rig: below 1 in thousandths or millionths (mm, µm).
 fn readable(size: f64, unit: &'static str) -> (f64, &'static str) {
     let small = size < 1e-3;
     match unit {

@@ -1,5 +1,4 @@
-//! Known answers: recordings of a synthetic rig against models that are right or wrong in one
-//! thing.
+//! Tests with known answers: recordings of a synthetic rig, compared with models that are right or have one error.
 
 mod regimes;
 mod robustness;
@@ -28,7 +27,7 @@ fn compared(rig: &Rig, spoil: impl FnOnce(&mut Model)) -> Comparison {
     compare(&model, &rig.record()).unwrap()
 }
 
-/// The robot is 32 ms late, and the model takes it for punctual.
+/// The robot is 32 ms late, and the model has no delay.
 fn with_a_late_robot() -> Comparison {
     let rig = Rig {
         late_cycles: 8,

@@ -77,7 +77,7 @@ impl Rig {
         settings
     }
 
-    /// The model that knows all of this.
+    /// The model with all properties of this rig.
     pub(super) fn model(&self) -> Model {
         let wall = |(inward, distance): &(Vector3<f64>, f64)| WallModel {
             point_m: (inward * *distance).into(),
@@ -185,7 +185,7 @@ impl Rig {
     }
 }
 
-/// The robot: a queue of corrections and a position.
+/// The robot: a queue of corrections, a position, and its pauses at reversals.
 struct Robot {
     position: Vector3<f64>,
     queue: VecDeque<Vector3<f64>>,
