@@ -1,8 +1,8 @@
-//! Is a recording fit to be compared with a model? Questions that can be asked of any recording,
-//! before a fit answers a wrong one.
+//! Checks whether a recording can be compared with a model. They apply to any recording, before a fit concludes something from a
+//! wrong one.
 //!
-//! What makes a comparison meaningless is an error. What a person has to look at is a warning: a
-//! suspected unit is told, never corrected, because the right number is the user's to know.
+//! Whatever makes a comparison meaningless is an error. Whatever a person has to look at is a warning: a suspected unit is
+//! reported, never corrected, because only the user knows the right one.
 
 mod causality;
 mod force;
@@ -27,18 +27,18 @@ const FEWEST_AT_REST: usize = 12;
 pub struct Context<'a> {
     /// Name in sentences: the file.
     pub name: &'a str,
-    /// Time from row to row that somebody promised, s.
+    /// Sample time that the user states, s.
     pub sample_time_s: Option<f64>,
     /// The model that it belongs to.
     pub model: Option<&'a Model>,
-    /// Rows that are enough for what is asked; by default those that a diagnosis needs.
+    /// Least number of rows; by default that which a diagnosis needs.
     pub fewest_rows: Option<usize>,
-    /// It is being imported: who reads it back has been asked before whether units and columns are right.
+    /// The recording is being imported. When it is read back later, units and columns are not asked about again.
     pub imports: bool,
 }
 
 impl Context<'_> {
-    /// Every row is a measurement of its own.
+    /// Whether the rows are measurements at rest, independent of each other.
     fn at_rest(&self) -> bool {
         self.model.is_some_and(|model| model.sensor.at_rest)
     }
@@ -162,14 +162,14 @@ pub fn check(recording: &Recording, context: &Context<'_>) -> Result<Vec<String>
     Ok(warnings)
 }
 
-/// Refuses what was measured if no row differs from the first.
+/// Refuses a recording in which no measured value changes.
 fn ensure_changes(cycles: &[CycleRecord], name: &str) -> Result<(), CheckError> {
     let (Some(first), Some(last)) = (cycles.first(), cycles.last()) else {
         return Ok(());
     };
-    /// What no sensor resolves, in SI units: what a filter leaves of a step long before.
+    /// Changes below this, in SI units, are none: no sensor resolves them. A filter leaves such a rest of a step long before.
     const NOTHING: f64 = 1e-12;
-    // What is not measured is NaN, which differs from itself.
+    // A quantity that is not measured is NaN, which never counts as a change.
     let differ = |a: &[f64], b: &[f64]| a.iter().zip(b).any(|(a, b)| (a - b).abs() > NOTHING);
     let measured = |cycle: &CycleRecord| {
         let (a, b) = (&cycle.trace, &first.trace);

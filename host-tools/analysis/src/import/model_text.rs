@@ -28,7 +28,7 @@ pub fn commented(model: &Model, origin: &str) -> String {
     text
 }
 
-/// What the text is and what holds for all of it, the axes and their actuator.
+/// Head of the text: what it is, what applies to all of it, the axes and their actuator.
 fn head(model: &Model, origin: &str) -> String {
     let axes: Vec<String> = model
         .rig
@@ -78,7 +78,7 @@ dynamic_compensation = {}
     );
 }
 
-/// Appends; a String takes everything.
+/// Appends a formatted text; writing to a String cannot fail.
 fn add(text: &mut String, part: std::fmt::Arguments<'_>) {
     let _ = text.write_fmt(part);
 }
@@ -288,7 +288,7 @@ fn tolerance(text: &mut String, t: &ToleranceModel) {
     shares(text, t);
 }
 
-/// Tolerances that are a share of the value where they are left out.
+/// Tolerances that default to a share of the value.
 fn shares(text: &mut String, t: &ToleranceModel) {
     for (key, value, default) in [
         (

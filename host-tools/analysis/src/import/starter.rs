@@ -13,7 +13,7 @@ use softdock_physics::model::prediction::signals::{Signals, VelocityMeaning};
 use softdock_physics::model::{Axis, FilterModel, Model, WrenchMeaning};
 use softdock_statistics::{LowPassed, Noise, noise_floor};
 
-/// What nobody but the user knows, ahead of the model. `turns`: the one axis that moves is a rotation.
+/// Comment ahead of the model: values that only the user knows. `turns`: the one axis that moves is a rotation.
 fn to_fill_in(turns: bool) -> String {
     let (moved, gravity) = match turns {
         false => (
@@ -45,15 +45,15 @@ fn to_fill_in(turns: bool) -> String {
 /// Bits to which the range of a wrench is resolved where the log does not show its noise: a plain converter, or a motor's
 /// current loop.
 const PLAIN_BITS: i32 = 10;
-/// A converter of so many bits has more noise than one of its steps; less was not measured, but is what the digits of a
-/// commanded force leave.
+/// A converter with more bits than this has more noise than one of its steps. A smaller noise floor was not measured: it is the
+/// rounding of a commanded force.
 const FINEST_BITS: i32 = 16;
 
-/// By how much the largest of independent normal deviates may exceed its expected value, √(2 ln N) of their standard
-/// deviation: of 100 or more, with a probability of less than a thousandth.
+/// Factor by which the largest of N independent normal deviates may exceed its expected value, √(2 ln N) standard deviations: for
+/// N of 100 or more, with a probability of less than a thousandth.
 const LARGEST: f64 = 1.5;
 
-/// What no column of a log tells of a machine, as a mapping says it.
+/// Properties of a machine that no column of a log holds, as stated in a mapping.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Told {
@@ -94,12 +94,13 @@ pub struct NoiseFloors {
     pub pose: [Option<f64>; 2],
 }
 
-/// What an import has filtered.
+/// The filter of an import, and its effect on the noise.
 #[derive(Clone, Debug)]
 pub struct Filtered {
     /// The low-pass.
     pub filter: FilterModel,
-    /// What it leaves of the noise that its logs had, one by one: behind it, motion may fill the band in which noise is looked for.
+    /// Noise that it leaves, one entry per log. It is estimated before filtering: afterwards motion may fill the band in which
+    /// noise is estimated.
     pub noise: Vec<NoiseFloors>,
 }
 
@@ -117,7 +118,7 @@ pub struct Starter {
 ///
 /// # Errors
 ///
-/// A recording without cycles or a rising time, or no recording; a number of `told` that cannot be.
+/// A recording without cycles or a rising time, or no recording; an impossible value in `told`.
 pub fn starter(
     recordings: &[Recording],
     filtered: Option<&Filtered>,
@@ -147,8 +148,8 @@ pub fn starter(
     })
 }
 
-/// The noise that the logs show, of so many rows together, or showed `before` they were filtered; what was guessed where they show
-/// none.
+/// Sets the noise of the model to what the logs show, or showed `before` they were filtered. `rows`: of all logs together.
+/// Returns notes on values that are guesses because the logs show no noise.
 fn set_noise(model: &mut Model, seen: &[Seen], before: &[NoiseFloors], rows: usize) -> Vec<String> {
     let mut guessed = Vec::new();
     let is_free = model.sensor.wrench == WrenchMeaning::Free;
@@ -161,7 +162,7 @@ fn set_noise(model: &mut Model, seen: &[Seen], before: &[NoiseFloors], rows: usi
             .reduce(f64::min)
     };
     let [force, torque] = [(0, "force_n", "N"), (1, "torque_n_m", "N·m")].map(|(kind, key, unit)| {
-        // Of a free swing the load is what the acceleration takes.
+        // The load of a free swing is its inertial force.
         let load = |log: &Seen| match is_free {
             true => moved[kind] * log.fastest[kind],
             false => log.largest[kind],
@@ -169,7 +170,8 @@ fn set_noise(model: &mut Model, seen: &[Seen], before: &[NoiseFloors], rows: usi
         let largest = seen.iter().map(load).fold(0.0, f64::max);
         let floor = usual(&|floors| floors.wrench[kind]);
         let is_noise = |floor: &f64| {
-            // Noise of that size would have read more: what jumps from row to row is an input.
+            // White noise of that size would have produced a larger reading: such a wrench is an input that jumps from row to
+            // row.
             let highest = largest * LARGEST / (2.0 * (rows as f64).ln()).sqrt();
             (largest * step(FINEST_BITS)..=highest).contains(floor)
         };
@@ -193,13 +195,13 @@ fn set_noise(model: &mut Model, seen: &[Seen], before: &[NoiseFloors], rows: usi
         (&mut noise.position_m, position),
         (&mut noise.angle_rad, angle),
     ] {
-        // What the digits of the log hide is no noise of zero.
+        // A noise that the rounding of the log hides is not zero.
         *of_model = of_log.and_then(two_digits).unwrap_or(*of_model);
     }
     guessed
 }
 
-/// A zero and a weight are known to a part of the noise, as by default.
+/// Scales the tolerances of zero and mass with the noise, where that is below the default.
 fn set_tolerances(model: &mut Model, seen: &[Seen]) {
     let (noise, default) = (&model.noise, Model::default().noise);
     let force = noise.force_n / default.force_n;
@@ -210,7 +212,8 @@ fn set_tolerances(model: &mut Model, seen: &[Seen]) {
     }
     let mass = &mut model.tolerance.tool_mass_kg;
     *mass = two_digits(*mass * force.min(1.0)).unwrap_or(*mass);
-    // Nor is it known so badly that its inertia would pass for noise: that may be all that moves.
+    // The tolerance of the mass is limited so that its inertial force does not exceed the noise: that force may be all that shows
+    // the motion.
     let usual = median(seen.iter().map(|log| log.acceleration));
     if let Some(heaviest) = usual.and_then(|a| two_digits(model.noise.force_n / a)) {
         *mass = mass.min(heaviest);
@@ -256,7 +259,8 @@ impl Seen {
             &|axis| not_following(series(&wrench, axis), &motion),
             Noise::White,
         );
-        // Noise of an acceleration that was differentiated comes with what follows it.
+        // What does not follow the motion also contains the noise of the differentiated acceleration: the smaller estimate
+        // counts.
         let less = |kind: usize| {
             measured[kind]
                 .into_iter()
@@ -280,7 +284,7 @@ impl Seen {
     }
 }
 
-/// Position, and how far it has turned since the first cycle.
+/// Position, m, and rotation since the first cycle, rad.
 fn places(cycles: &[CycleRecord]) -> Vec<[f64; 6]> {
     let turned = turned_since_first(poses_of(cycles));
     let place = |(cycle, turned): (&CycleRecord, Vector3<f64>)| {
@@ -356,8 +360,8 @@ fn motion(
     DMatrix::from_columns(&columns)
 }
 
-/// What of a wrench does not follow the motion, by least squares: in a swept sine the motion fills the band in which noise is
-/// looked for. The wrench itself, where the motion is not finite or its columns are the same.
+/// Part of a wrench that does not follow the motion: the residual of a least-squares fit. In a swept sine the motion fills the
+/// band in which noise is estimated. It is the wrench itself if the motion is not finite or its columns are dependent.
 fn not_following(wrench: Vec<f64>, motion: &DMatrix<f64>) -> Vec<f64> {
     let mut motion = motion.clone();
     for mut column in motion.column_iter_mut() {
@@ -376,7 +380,8 @@ fn not_following(wrench: Vec<f64>, motion: &DMatrix<f64>) -> Vec<f64> {
     }
 }
 
-/// The middle one of those that there are, of two the smaller: motion that is taken for noise makes it larger.
+/// Median of the values that are known, of two the smaller: motion that is taken for noise makes a value larger. None if none is
+/// known.
 fn median(values: impl Iterator<Item = Option<f64>>) -> Option<f64> {
     let mut values: Vec<f64> = values.flatten().collect();
     values.sort_by(f64::total_cmp);
@@ -388,7 +393,7 @@ fn step(bits: i32) -> f64 {
     2.0 / 2.0_f64.powi(bits)
 }
 
-/// A value above 0 to two digits.
+/// A value above 0, rounded to two digits; None for others.
 fn two_digits(value: f64) -> Option<f64> {
     format!("{value:.1e}").parse().ok().filter(|v| *v > 0.0)
 }
@@ -407,7 +412,8 @@ fn floors(
     noise: Noise,
     filter: Option<LowPassed>,
 ) -> [Option<f64>; 2] {
-    /// Smaller parts of the largest value no converter and no encoder tells, 24 bits: a filter leaves them of what stands still.
+    /// Floors below this share of the largest value are round-off of a filter on a signal that stands still: 24 bits, which no
+    /// converter and no encoder resolves.
     const ROUND_OFF: f64 = 6e-8;
     let floor = |axis: usize| {
         let values = of(axis);

@@ -14,7 +14,7 @@ use softdock_statistics::sample_time;
 pub struct Summary {
     /// Its file.
     pub name: String,
-    /// The recording's identity: of an import from which tables it is.
+    /// Identity of the recording; of an import the names of its tables.
     pub identity: String,
     /// Number of rows.
     pub rows: usize,
@@ -24,7 +24,7 @@ pub struct Summary {
     pub cycle_s: f64,
     /// Channels that hold something.
     pub channels: Vec<Channel>,
-    /// Groups of channels that hold nothing but zeros, if anything.
+    /// Groups of channels of which every value is zero or missing.
     pub missing: Vec<&'static str>,
 }
 
@@ -43,7 +43,7 @@ pub struct Channel {
     pub from: &'static str,
 }
 
-/// Name of a group, its units, its axes in each cycle.
+/// Name of a group, units of its linear and angular axes, its values in each cycle.
 type Group = (
     &'static str,
     [&'static str; 2],
@@ -66,7 +66,7 @@ const GROUPS: [Group; 5] = [
     }),
 ];
 
-/// Positions and rotation vectors; where everything turns about one axis, angles that count whole turns.
+/// Positions and rotation vectors. If all rotation is about one axis, angles with whole turns.
 fn poses(recording: &Recording) -> Vec<[f64; 6]> {
     let vector = |c: &CycleRecord| {
         let pose = pose_of(&c.trace.pose);
@@ -87,7 +87,7 @@ fn poses(recording: &Recording) -> Vec<[f64; 6]> {
 pub const EXECUTED: &str = "executed velocity";
 
 impl Summary {
-    /// Of a recording; `derived` are groups that were not measured, and from what they were made.
+    /// Summary of a recording. `derived`: groups that were computed, and from what.
     pub fn of(name: &str, recording: &Recording, derived: &[(&'static str, &'static str)]) -> Self {
         let times: Vec<f64> = recording.cycles.iter().map(|c| c.trace.time_s).collect();
         let (mut channels, mut missing) = (Vec::new(), Vec::new());

@@ -7,7 +7,7 @@ use softdock_io::input::nearest;
 use std::borrow::Cow;
 use std::num::ParseFloatError;
 
-/// Of fewer rows than any log needs, with more columns than any table has, each is a variable.
+/// A table with fewer rows and more columns than these holds one variable per row: no log is that short, no table that wide.
 const FEWEST_ROWS: usize = 12;
 const MOST_COLUMNS: usize = 100;
 
@@ -44,13 +44,13 @@ impl<'de> Deserialize<'de> for Delimiter {
 pub struct Dialect {
     /// Between two cells.
     pub delimiter: Delimiter,
-    /// The first line names the columns, or the comments right above it, where it holds values.
+    /// The first line names the columns. If it holds values, the comment line right above it does.
     pub header: bool,
     /// `1,5` is one and a half.
     pub decimal_comma: bool,
     /// Lines before the table that are not read.
     pub skip_lines: usize,
-    /// A column stands in each row.
+    /// Each row of the file is a column.
     pub transposed: bool,
 }
 
@@ -73,7 +73,7 @@ pub struct Table {
     pub file: String,
     /// Names of the columns; `1`, `2`, ... where the file has no header.
     pub names: Vec<String>,
-    /// What comments farther above call them, the nearest first: right above the numbers may stand their units.
+    /// Names in comment lines farther above, the nearest first: the line right above the numbers may hold units.
     above: Vec<Vec<String>>,
     rows: Vec<csv::StringRecord>,
     /// The file's first row, also where it is not [kept](Self::keep).
@@ -205,7 +205,7 @@ impl Table {
         }
     }
 
-    /// Leaves the rows for whose place `wanted` holds.
+    /// Keeps the rows whose index `wanted` accepts.
     pub fn keep(&mut self, wanted: impl Fn(usize) -> bool) {
         let mut place = 0..;
         self.rows.retain(|_| place.next().is_some_and(&wanted));
@@ -273,7 +273,7 @@ impl Table {
             .collect()
     }
 
-    /// What the lines call the columns, the nearest line first.
+    /// Names of the columns in all lines, the nearest line first.
     pub fn all_names(&self) -> impl Iterator<Item = &str> {
         self.names
             .iter()
@@ -377,7 +377,7 @@ impl Table {
         self.rows.iter().map(|row| cell(row, place)).collect()
     }
 
-    /// What to do about columns whose names are the first row of numbers; empty where they are names.
+    /// Advice for columns that were named after a first row of values; empty if they have names.
     pub fn unnamed(&self) -> &'static str {
         let counted = |(n, name): (usize, &String)| *name == (n + 1).to_string();
         let values = self
@@ -393,7 +393,7 @@ impl Table {
         }
     }
 
-    /// How an error calls a column.
+    /// Name of a column in errors.
     pub fn column(&self, place: usize) -> String {
         match self.names.get(place) {
             Some(name) if *name == (place + 1).to_string() => name.clone(),
@@ -408,7 +408,7 @@ impl Table {
     }
 }
 
-/// Rows of the columns; their line is their place in the lines.
+/// Makes a row of each column. Its line is its place within a line of the file, from 1.
 fn transposed(
     file: &str,
     lines: &[csv::StringRecord],
@@ -507,7 +507,7 @@ fn line(row: &csv::StringRecord) -> u64 {
     row.position().map_or(0, csv::Position::line)
 }
 
-/// Nanoseconds of a date with its time, or of a time of day, from an instant that is the same for all of its form.
+/// Nanoseconds of a date with its time, or of a time of day, since an instant that is the same for all cells of one format.
 fn date_ns(cell: &str) -> Option<i64> {
     const DATES: [&str; 4] = [
         "%Y-%m-%dT%H:%M:%S%.f",

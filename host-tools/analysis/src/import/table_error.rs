@@ -19,7 +19,7 @@ pub enum TableError {
         /// Names of those that exist.
         columns: String,
     },
-    /// A variable stands in each row.
+    /// Each row seems to hold one variable.
     #[error(
         "{file}: {rows} rows of {columns} cells; expected a row for each instant: if each row holds a variable, say \
          `transposed = true` in [table]"

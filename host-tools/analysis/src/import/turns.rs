@@ -1,9 +1,10 @@
-//! Whole turns of an axis of a machine, which a pose does not hold: its orientation is the same after each, the torque of a
-//! spring or a cable is not.
+//! Whole turns of a machine's axis. A pose does not contain them: its orientation is the same after each turn, but the torque of
+//! a spring or a cable is not.
 //!
-//! Within a log turns are counted from row to row ([`Angles`], [`turned`]); what is to be found are those of its first pose. The
-//! column of the angle says them, if there is one and it does not begin again after each turn. If not, the logs of one
-//! import are of one machine: the middle of each is taken to be within half a turn of that of the first ([`Turning`]).
+//! Within a log turns are counted from row to row ([`Angles`], [`turned`]); only the turns of its first pose have to be found.
+//! The column of the angle tells them, if there is one that does not begin again after each turn. Otherwise the logs of one
+//! import are taken to be of one machine: the mid-range angle of each is within half a turn of that of the first log
+//! ([`Turning`]).
 
 use anyhow::bail;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -14,23 +15,23 @@ use softdock_statistics::sample_time;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::Range;
 
-/// Off an axis, of a unit quaternion or a rotation vector: round-off.
+/// Deviation from an axis, in a unit quaternion or a rotation vector, that is round-off.
 pub(super) const OFF: f64 = 1e-9;
 
-/// Turns about one axis.
+/// Angles about one axis.
 #[derive(Clone, Debug)]
 pub(super) struct Angles {
-    /// Of M and of C.
+    /// The axis, in M and in C.
     pub(super) axis: Vector3<f64>,
     /// With whole turns, rad.
     pub(super) rad: Vec<f64>,
-    /// The column begins again after each turn, or there is none: then they are the same in all logs but for whole turns.
+    /// The column begins again after each turn, or there is none: then angles are comparable between logs only up to whole turns.
     pub(super) begin_again: bool,
 }
 
 impl Angles {
-    /// Of columns of rotation vectors, if all turn about one axis of C. A column of more than a turn counts turns itself, however far
-    /// they take it from row to row.
+    /// Angles from columns of rotation vectors. None unless exactly one column is other than zero: rotation about one axis of C.
+    /// A column that exceeds a turn is taken to count turns itself, however large its steps are.
     pub(super) fn of_columns(columns: &[Vec<f64>; 3]) -> Option<Self> {
         let turns = |axis: &usize| columns[*axis].iter().any(|v| *v != 0.0);
         let mut turning = (0..3).filter(turns);
@@ -53,7 +54,7 @@ impl Angles {
         })
     }
 
-    /// Of quaternions w x y z, if all are turns about one axis.
+    /// Angles from quaternions w x y z; None unless all are rotations about one axis.
     pub(super) fn of_quaternions([w, x, y, z]: &[Vec<f64>; 4]) -> Option<Self> {
         let rows = x.iter().zip(y).zip(z);
         let vectors: Vec<Vector3<f64>> = rows.map(|((x, y), z)| Vector3::new(*x, *y, *z)).collect();
@@ -78,12 +79,14 @@ impl Angles {
     }
 }
 
-/// Whether an angle jumps back by whole turns somewhere: it stays within one, or each step that nobody would take for less than half
-/// a turn goes on as the one before but for whole turns. What else is that fast turns so.
+/// Whether an angle jumps back by whole turns somewhere. That is so if there are steps of more than half a turn and either the
+/// angle stays within one turn, or each such step continues the one before up to whole turns. Other large steps are fast
+/// rotation.
 fn begins_again(shown: &[f64]) -> bool {
-    /// One turn, and what rounding makes of it, rad.
+    /// One turn with some rounding, rad.
     const ONE_TURN: f64 = 1.01 * TAU;
-    /// What a speed changes by from row to row, rad: far from what an encoder's zero that was set does by chance.
+    /// Largest change of the step from row to row for it to continue, rad. An encoder whose zero was set in between hardly meets
+    /// it by chance.
     const GOES_ON: f64 = 0.125 * PI;
     let finite = || shown.iter().copied().filter(|angle| angle.is_finite());
     let range = finite().fold(f64::NEG_INFINITY, f64::max) - finite().fold(f64::INFINITY, f64::min);
@@ -101,8 +104,8 @@ fn begins_again(shown: &[f64]) -> bool {
     jumps && (goes_on || range < ONE_TURN)
 }
 
-/// Refuses rows of which nobody can tell how far it turns between them: at a steady speed of more than a quarter of a turn, the next
-/// step seems to be another by more than half a turn. `numbers`: what the rows are called.
+/// Refuses rows between which the rotation is ambiguous: from a steady speed of more than a quarter of a turn per row, the next
+/// step seems to change by more than half a turn. `numbers`: numbers of the rows in their file.
 pub(super) fn ensure_told(
     rotations: &[UnitQuaternion<f64>],
     pieces: &[Range<usize>],
@@ -156,12 +159,12 @@ fn axis(cycles: &[CycleRecord]) -> usize {
     most.imax()
 }
 
-/// The angle of each cycle about an axis of M, rad: the first with so many whole turns.
+/// Angle of each cycle about axis `axis` of M, rad. The first has `whole_turns`.
 fn about(axis: usize, cycles: &[CycleRecord], whole_turns: i32) -> Vec<f64> {
     angles(poses_of(cycles), &Vector3::ith(axis, 1.0), whole_turns)
 }
 
-/// The axis of M about which the cycles turn most, and the angle of each about it, rad: the first with so many whole turns.
+/// The axis of M about which the cycles turn most, and the angle of each cycle about it, rad. The first has `whole_turns`.
 pub(super) fn turned(cycles: &[CycleRecord], whole_turns: i32) -> (usize, Vec<f64>) {
     let axis = axis(cycles);
     (axis, about(axis, cycles, whole_turns))
@@ -177,13 +180,13 @@ pub(super) fn later(cycles: &[CycleRecord], whole_turns: i32, cycle: usize) -> i
         .map_or(0.0, |angle| ((angle - own) / TAU).round()) as i32
 }
 
-/// The turns of the logs of one machine: of the first its axis, the middle of its angles, rad, and whether their column begins again
-/// after each turn, or does not exist.
+/// Turns of the logs of one machine. Holds of the first log: axis, middle of its angles, rad, and whether its column begins again
+/// after each turn (or does not exist).
 #[derive(Debug, Default)]
 pub(super) struct Turning(Option<(usize, f64, bool)>);
 
 impl Turning {
-    /// Whole turns of the first of some cycles, by what their column says of it.
+    /// Whole turns of the first of some cycles, from the column of the angle if there is one.
     pub(super) fn of_first(&mut self, cycles: &[CycleRecord], column: Option<&Angles>) -> i32 {
         let axis = self.0.map_or_else(|| axis(cycles), |(axis, ..)| axis);
         let angles = about(axis, cycles, 0);
@@ -206,7 +209,7 @@ impl Turning {
 mod tests {
     use super::*;
 
-    /// Speeds below and above half a turn per row, as columns show them.
+    /// Speeds below and above half a turn per row, in columns that begin again and columns that do not.
     #[test]
     fn a_column_begins_again_if_it_stays_within_a_turn_or_jumps_by_whole_ones() {
         let swing = |amplitude: f64| -> Vec<f64> {
@@ -219,7 +222,7 @@ mod tests {
             angles.into_iter().map(shown).collect()
         };
         let begins = |angles: Vec<f64>| begins_again(&angles);
-        // 0.05 rad from row to row for each of the amplitude.
+        // The largest step from row to row is 0.05 rad times the amplitude.
         assert!(!begins(swing(3.0)) && !begins(swing(30.0)) && !begins(swing(100.0)));
         assert!(begins(shown_to(1.0, swing(30.0))) && begins(shown_to(3.0, swing(30.0))));
         assert!(begins(shown_to(1.0, swing(100.0))));

@@ -1,4 +1,4 @@
-//! Does the robot move after it was told to? Sent and executed velocities whose columns are exchanged.
+//! Does the robot move after it was commanded? If it moves before, the columns of sent and executed velocity are exchanged.
 
 use super::Context;
 use softdock_app::record::CycleRecord;
@@ -11,10 +11,11 @@ const LONGEST_S: f64 = 0.2;
 const MOST_ROWS: usize = 200;
 /// Rows of a log that are enough to see who leads.
 const ENOUGH: usize = 20_000;
-/// What the best lead leaves uncorrelated, of what the best delay leaves: less is no accident of noise, which both leave.
+/// The executed velocity leads if 1 − correlation at the best lead is below this share of that at the best delay. Noise leaves
+/// about the same of both.
 const LEADS: f64 = 0.25;
 
-/// Appends what looks wrong.
+/// Appends a warning for each axis that looks wrong.
 pub(super) fn check(
     cycles: &[CycleRecord],
     sample_time_s: f64,
@@ -41,11 +42,11 @@ pub(super) fn check(
     }
 }
 
-/// Rows by which the executed velocity is ahead of the sent one; None where it is not, or where nothing tells.
+/// Rows by which the executed velocity is ahead of the sent one; None where it is not, or where the data do not tell.
 fn lead(sent: &[f64], executed: &[f64], most: usize) -> Option<usize> {
     let [sent, executed] = [sent, executed].map(centred);
     let (sent, executed) = (sent?, executed?);
-    // Correlation of the rows that a lag leaves.
+    // Correlation of two series, one shifted by `lag` rows, over the rows that overlap.
     let shifted = |from: &[f64], to: &[f64], lag: usize| -> f64 {
         let later = to.get(lag..).unwrap_or_default();
         let sums = from.iter().zip(later);

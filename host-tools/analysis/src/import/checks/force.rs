@@ -1,8 +1,9 @@
 //! Does the force belong to the motion? Sign and size of a force column, for logs of a moved axis.
 //!
-//! What a sensor between robot and tool feels resists the motion: `F = −m a − c v − d sign(v) + f(x)` with a mass, a viscous and
-//! a dry friction that are not negative, and a load that changes with the place, as that of a weight with its angle. The
-//! coefficients are fitted to the log itself, by least squares, with standard errors that count values that repeat each other once.
+//! A sensor between robot and tool feels a force that resists the motion: `F = −m a − c v − d sign(v) + f(x)` with a mass, a
+//! viscous and a dry friction that are not negative, and a load f that depends on the place, as that of a weight on its angle.
+//! The coefficients are fitted to the log by least squares. Their standard errors count values that are correlated in time as
+//! fewer.
 
 use super::Context;
 use nalgebra::{DVector, Matrix2, Matrix6, Vector2, Vector6};
@@ -18,22 +19,21 @@ use softdock_statistics::{DEVIATIONS_95, correlated_cycles, normal_p};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::f64::consts::TAU;
 
-/// Probability of a term by chance from which on it counts: a hint that is wrong costs more than
-/// one that is missing.
+/// p-value below which a term counts. A wrong hint costs more than a missing one.
 const LEVEL: f64 = 1e-6;
-/// Terms of the wrong sign explain so many times what those of the right one do.
+/// Terms of the wrong sign have to explain so many times the variance that those of the right sign explain.
 const OUTWEIGHS: f64 = 9.0;
-/// Terms that cannot be told apart: the smallest eigenvalue of their correlations.
+/// Terms are not told apart if an eigenvalue of their correlation matrix is below this.
 const COLLINEAR: f64 = 1e-4;
-/// Below this part of the highest speed the dry friction rises in a straight line.
+/// Dry friction is modelled as linear in the velocity below this share of the highest speed, and constant above.
 const STICKS: f64 = 0.01;
 /// A mass is known better than by this factor; a wrong scale is farther off.
 const FACTOR: f64 = 1.5;
-/// Least share of the moving rows in either direction: what moves one way shows no friction that is told from a load which
-/// changes with the place.
+/// Least share of the moving rows in either direction. Motion in one direction shows no friction that differs from a load that
+/// depends on the place.
 const BOTH_WAYS: f64 = 0.05;
 
-/// What the log says of the terms that resist a motion.
+/// Fitted terms that resist a motion.
 struct Fitted {
     friction: Term,
     mass: Term,
@@ -43,13 +43,13 @@ struct Fitted {
 
 /// A part of the force.
 struct Term {
-    /// Its variance, N² or (N·m)²; negative if it resists the motion.
+    /// Variance of the force that the term explains, N² or (N·m)²; negative if it resists the motion.
     drives: f64,
     /// Probability by chance.
     p: f64,
 }
 
-/// Appends what looks wrong.
+/// Appends a warning for each axis whose force looks wrong.
 pub(super) fn check(recording: &Recording, context: &Context<'_>, warnings: &mut Vec<String>) {
     let Some(signals) = applies(recording, context) else {
         return;
@@ -64,7 +64,7 @@ pub(super) fn check(recording: &Recording, context: &Context<'_>, warnings: &mut
         let Some(rows) = rows(&signals, axis) else {
             continue;
         };
-        // What runs into a stop is braked by more than was measured: it has to show away from the ends, too.
+        // A collision with an end stop brakes more than was measured. A wrong sign has to show away from the ends as well.
         let away_from_ends = || fit(&inner(&rows, axis));
         if let Some(fitted) = fit(&rows) {
             let sign = wrong_sign(&fitted, axis)
@@ -115,7 +115,8 @@ fn named(axis: Axis) -> (&'static str, String) {
     }
 }
 
-/// Whether S is parallel to C: to measure a force all of it, to measure a torque its axis, about which it may turn.
+/// Whether an orientation is the identity, as far as a component of the wrench depends on it: for a force entirely; for a torque
+/// up to a rotation about its axis.
 fn is_parallel(wxyz: &[f64], axis: Axis) -> bool {
     /// Cosine of half of the angle between both.
     const NEARLY: f64 = 0.9999;
@@ -123,7 +124,7 @@ fn is_parallel(wxyz: &[f64], axis: Axis) -> bool {
     wxyz[0].hypot(about(axis.index())) > NEARLY
 }
 
-/// Where the axis is in each cycle, m, or rad with whole turns; NaN where nobody knows.
+/// Place of the axis in each cycle, m, or rad with whole turns; NaN where it is not known.
 fn places(signals: &Signals<'_>, axis: Axis) -> Vec<f64> {
     let i = axis.index();
     let place = |n: usize| {
@@ -143,24 +144,24 @@ fn places(signals: &Signals<'_>, axis: Axis) -> Vec<f64> {
     places
 }
 
-/// What a row tells.
+/// One row of the regression.
 #[derive(Clone, Copy)]
 struct Row {
-    /// Two terms of the place, velocity, its sign, acceleration and a constant.
+    /// Regressors: two functions of the place, velocity, its sign, acceleration, 1.
     terms: Vector6<f64>,
-    /// The force that they explain.
+    /// The force, N or N·m.
     force: f64,
-    /// The place, with the whole turns of an angle.
+    /// The place, m, or rad with whole turns.
     at: f64,
 }
 
-// Places of terms.
+// Indices of the regressors.
 const VELOCITY: usize = 2;
 const DRY: usize = 3;
 const ACCELERATION: usize = 4;
 const CONSTANT: usize = 5;
 
-/// Rows of a log that tell of its force along an axis; None if they are too few, or all of one way.
+/// Rows of the regression for an axis. None if there are too few, or nearly all move in one direction.
 fn rows(signals: &Signals<'_>, axis: Axis) -> Option<Vec<Row>> {
     let i = axis.index();
     let highest = (0..signals.len())
@@ -194,7 +195,7 @@ fn rows(signals: &Signals<'_>, axis: Axis) -> Option<Vec<Row>> {
     (highest != 0.0 && !one_way && !too_few).then_some(rows)
 }
 
-/// What takes terms to mean zero and variance one; the constant stays as it is.
+/// Scales regressors to mean zero and variance one; the constant stays as it is.
 struct Standard {
     mean: Vector6<f64>,
     scale: Vector6<f64>,
@@ -220,7 +221,7 @@ impl Standard {
     }
 }
 
-/// Rows that are not at an end of the travel; all of what turns by more than a turn, which has no end.
+/// Rows that are not near an end of the travel. Something that turns by more than a turn has no end: all rows.
 fn inner(rows: &[Row], axis: Axis) -> Vec<Row> {
     /// Share of the travel at either end.
     const END: f64 = 0.1;
@@ -269,8 +270,8 @@ fn fit(rows: &[Row]) -> Option<Fitted> {
     })
 }
 
-/// Both frictions together: where the speed changes little from stroke to stroke neither is told from the other, and both are
-/// from nothing. They drive if they have the sign of the velocity on average.
+/// Viscous and dry friction as one term. Where the speed varies little from stroke to stroke the two cannot be told apart, but
+/// together they differ from zero. The term drives if its force has the sign of the velocity on average.
 fn friction(
     coefficients: &Vector6<f64>,
     covariance: &Matrix6<f64>,
@@ -288,7 +289,7 @@ fn friction(
     })
 }
 
-/// Friction or mass would be negative.
+/// A warning if friction or mass would be negative.
 fn wrong_sign(fitted: &Fitted, axis: Axis) -> Option<String> {
     let told = [&fitted.friction, &fitted.mass]
         .into_iter()
@@ -308,7 +309,7 @@ fn wrong_sign(fitted: &Fitted, axis: Axis) -> Option<String> {
     })
 }
 
-/// The model's mass needs a force of another size.
+/// A warning if the force is much larger or smaller than the model's mass needs.
 fn wrong_size(fitted: &Fitted, axis: Axis, model: Option<&Model>) -> Option<String> {
     let tool = &model?.tool;
     if axis.is_rotation()
@@ -323,7 +324,7 @@ fn wrong_size(fitted: &Fitted, axis: Axis, model: Option<&Model>) -> Option<Stri
         DEVIATIONS_95 * fitted.per_acceleration.1 / tool.mass_kg,
     );
     let far = factor - half > FACTOR || factor + half < 1.0 / FACTOR;
-    // A slow slide shows the corners of its friction as a mass of any sign; of units only a positive one speaks.
+    // On a slow slide the corners of the friction look like a mass of any sign; only a positive one hints at wrong units.
     (far && factor > 0.0).then(|| {
         let word = |value: f64| number::significant(value, 3);
         format!(
@@ -343,7 +344,7 @@ fn wrong_size(fitted: &Fitted, axis: Axis, model: Option<&Model>) -> Option<Stri
 mod tests {
     use super::*;
 
-    /// Strokes of nearly one speed: each friction may be the other, by 2.5 deviations, and nothing may be both.
+    /// Strokes of nearly one speed: each friction alone is 2.5 deviations from zero, but both together are not zero.
     #[test]
     fn frictions_that_are_not_told_apart_are_told_from_nothing() {
         const SPREAD: f64 = 0.1;

@@ -1,22 +1,22 @@
-//! Readings that leave for one row and come back: damaged ones, most often.
+//! Readings of a single row that depart from both neighbours: mostly damaged ones.
 
 use super::Context;
 use softdock_app::record::CycleRecord;
 use softdock_physics::model::Axis;
 use softdock_report::number;
 
-/// Over the largest other departure of a row from its neighbours, from which on a row is alone: an impact at the sampling rate
-/// has rows of its size beside it, or others like it.
+/// A row stands alone if it departs from its neighbours so many times farther than any other row. An impact, even at the sampling
+/// rate, has rows of its size beside it, or others like it.
 const ALONE: f64 = 10.0;
-/// How far apart the neighbours may be, over the departure: it comes back.
+/// Largest distance between the two neighbours, relative to the departure: the reading has to come back.
 const COMES_BACK: f64 = 0.2;
-/// More rows than these are what the log is like.
+/// Most spikes that are reported: more of them are how the log is.
 const MOST: usize = 3;
 
 /// A number of a channel.
 type Reading = fn(&CycleRecord, usize) -> f64;
 
-/// Appends what was measured on one row alone.
+/// Appends a warning for each reading that stands alone.
 pub(super) fn check(cycles: &[CycleRecord], context: &Context<'_>, warnings: &mut Vec<String>) {
     let channels: [(&str, Reading, usize); 3] = [
         ("position", |cycle, k| cycle.trace.pose[k], 3),

@@ -14,7 +14,7 @@ const SLOWEST_S: f64 = 0.5;
 /// ... and one with faster rows, s.
 const FASTEST_S: f64 = 2e-5;
 
-/// The median step, s.
+/// Checks the times and returns the median step, s.
 pub(super) fn check(
     cycles: &[CycleRecord],
     context: &Context<'_>,
@@ -36,7 +36,7 @@ pub(super) fn check(
     Ok(median)
 }
 
-/// Refuses another rate than the promised one. Gaps do not change the rate of the rest.
+/// Refuses a mean step that differs from the stated sample time. Gaps are left out of the mean.
 fn ensure_rate(name: &str, steps: &[f64], median: f64, expected_s: f64) -> Result<(), CheckError> {
     let kept = steps.iter().filter(|step| **step <= GAP * median);
     let (sum, count) = kept.fold((0.0, 0_usize), |(sum, n), step| (sum + step, n + 1));
@@ -51,7 +51,7 @@ fn ensure_rate(name: &str, steps: &[f64], median: f64, expected_s: f64) -> Resul
     Ok(())
 }
 
-/// A median step that is none in seconds.
+/// A warning if the median step is unlikely to be in seconds.
 fn other_unit(context: &Context<'_>, median: f64) -> Option<String> {
     let question = match median {
         slow if !context.at_rest() && slow > SLOWEST_S => {
@@ -67,7 +67,7 @@ fn other_unit(context: &Context<'_>, median: f64) -> Option<String> {
     ))
 }
 
-/// What is missing between rows, and what becomes of the rest.
+/// A warning about missing rows, and what becomes of the others.
 fn gaps(name: &str, cycles: &[CycleRecord], steps: &[f64], median: f64) -> Option<String> {
     let gaps: Vec<usize> = (0..steps.len())
         .filter(|n| steps[*n] > GAP * median)
@@ -118,7 +118,7 @@ pub(in crate::import) fn ensure_rising(
     })
 }
 
-/// Half of the log is sampled at another rate than the other half.
+/// A warning if a part of the log is sampled at another rate.
 fn two_rates(name: &str, times: &[f64], steps: &[f64], overall: f64) -> Option<String> {
     // A tenth of the log at a time; a rate that changes shows in the median of a part.
     let part = (steps.len() / 10).max(10);

@@ -1,4 +1,4 @@
-//! Are the numbers of the size that their unit says? Hints for the user, no corrections.
+//! Do the values have the size that their unit suggests? Hints for the user; nothing is corrected.
 
 use super::{CheckError, Context};
 use softdock_app::record::CycleRecord;
@@ -21,15 +21,15 @@ const FASTEST_SHAFT_RAD_S: f64 = 1050.0;
 const LARGEST_LOAD: f64 = 1e5;
 /// A force that never exceeds this is below the resolution of any sensor of a rig, N.
 const SMALLEST_FORCE_N: f64 = 1e-3;
-/// Position over velocity, or the other way, from which on it is a matter of units alone: degrees make a factor of 57,
-/// millimetres one of 1000, and no gain or lever of a rig one of 10.
+/// Ratio of the change of position to the velocity, or its inverse, from which on only units can be the cause: degrees make a
+/// factor of 57, millimetres one of 1000, and no gain or lever of a rig makes one of 10.
 const OTHER_UNITS: f64 = 10.0;
-/// How far a quaternion's length may be from 1: what four decimals leave.
+/// Largest deviation of a quaternion's length from 1: what rounding to four decimals leaves.
 const UNIT_LENGTH: f64 = 1e-3;
 
 type Value = fn(&CycleRecord) -> f64;
 
-/// Appends what looks wrong.
+/// Appends a warning for each value that looks wrong.
 pub(super) fn check(
     cycles: &[CycleRecord],
     sample_time_s: f64,
@@ -82,12 +82,12 @@ fn rounded(value: f64) -> String {
     number::significant(value, 4)
 }
 
-/// Whether the positions are the integrals of the velocities, not measured: they have no unit of their own. Of measured ones no
-/// velocity is the mean in every cycle.
+/// Whether the positions are integrals of the velocities (trapezoidal rule) and not measured: then they have no unit of their
+/// own. Steps of measured positions never equal the mean velocity in every cycle.
 fn are_integrals(cycles: &[CycleRecord], sample_time_s: f64) -> bool {
-    /// Of a step, as a share of the position.
+    /// Tolerance of a step, relative to the position.
     const ROUNDING: f64 = 1e-9;
-    /// Behind a gap the sum goes on from where it was.
+    /// Longer steps, in sample times, are gaps: the sum goes on there and is not checked.
     const GAP: f64 = 1.5;
     let traces = cycles.iter().map(|cycle| &cycle.trace);
     let mut steps = traces.clone().zip(traces.skip(1));
@@ -179,7 +179,7 @@ fn loads(cycles: &[CycleRecord], warn: &mut impl FnMut(String)) {
     }
 }
 
-/// Nothing moves but one axis, which turns.
+/// Whether one rotation is all that moves.
 fn turns_alone(cycles: &[CycleRecord]) -> bool {
     let velocities = |c: &CycleRecord| [c.trace.executed_velocity, c.trace.sent_velocity];
     let moves = |i: usize| {
@@ -210,7 +210,7 @@ fn quaternion(cycles: &[CycleRecord], warn: &mut impl FnMut(String)) {
     }
 }
 
-/// Force and position, force and velocity: one column under two names is a slip of the mapping.
+/// Warns of a force with the values of a position or velocity: one column under two names is a slip of the mapping.
 fn same_numbers(cycles: &[CycleRecord], warn: &mut impl FnMut(String)) {
     let loads: [(&str, Value); 3] = [
         ("fx", |c| c.inputs.sensor.wrench[0]),
@@ -247,7 +247,8 @@ fn same_numbers(cycles: &[CycleRecord], warn: &mut impl FnMut(String)) {
     }
 }
 
-/// Steps of the pose against the velocity: a factor between the two is a wrong unit. Axis, factor, what to do.
+/// Compares steps of the pose with the velocity: a constant factor between them is a wrong unit. Returns axis, factor, what to
+/// do.
 fn velocities_of_positions(cycles: &[CycleRecord], sample_time_s: f64) -> Vec<(Axis, f64, String)> {
     // Products of step and step, step and velocity, velocity and velocity, for each axis.
     let mut sums = [[0.0; 3]; 6];
@@ -264,7 +265,7 @@ fn velocities_of_positions(cycles: &[CycleRecord], sample_time_s: f64) -> Vec<(A
     }
     let found = Axis::ALL.into_iter().zip(sums);
     let found = found.filter_map(|(axis, [dp_dp, dp_v, v_v])| {
-        // Only where the two clearly belong together is their ratio worth a word; what is no number is none of the units'.
+        // The ratio counts only if the two are clearly correlated; columns that are not finite are no question of units.
         let together = dp_v * dp_v >= 0.8 * dp_dp * v_v;
         if !together || dp_dp == 0.0 || v_v == 0.0 {
             return None;
@@ -288,8 +289,8 @@ fn step(before: &[f64; 7], after: &[f64; 7]) -> [f64; 6] {
 /// What to do about a pose that changes so many times as fast as its velocity says; None if that may be.
 fn other_unit(axis: Axis, ratio: f64) -> Option<String> {
     const DEGREES: f64 = 180.0 / PI;
-    // Section, unit, what it makes of the ratio, and how far that may be off: those of turns are near each other, and near what a
-    // lever or a gear makes.
+    // Section, unit, the factor that it makes, and the tolerance of this factor. Units of rotation are close to each other, and
+    // to the factors of levers or gears.
     type Other = (&'static str, &'static str, f64, f64);
     const OF_ROTATIONS: [Other; 5] = [
         ("orientation", "deg", DEGREES, 2.0),

@@ -86,7 +86,7 @@ fn logs(meta: &Meta, train_csv: &str, test_csv: &str) -> anyhow::Result<Imported
     })
 }
 
-/// What a check says, which names the lines of a mapping: this format has none.
+/// Completes the message of a check that refers to a mapping: this format has none.
 fn without_mapping(said: impl ToString) -> String {
     let said = said.to_string();
     match said.contains(" mapping") {

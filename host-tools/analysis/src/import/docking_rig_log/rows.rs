@@ -54,8 +54,8 @@ fn cycle(n: usize, columns: &[Vec<f64>]) -> CycleRecord {
     cycle
 }
 
-/// The printed time is rounded; where it is the tick count times the sample time up to half a
-/// sample, the exact product takes its place.
+/// Printed times are rounded. If all of them are within half a sample of the tick count times the sample time, these exact
+/// products replace them.
 fn nominal_times(cycles: &mut [CycleRecord], sample_time_s: f64) {
     let first = cycles.first().map_or(0.0, |c| c.trace.time_s);
     let nominal = |n: usize| first + n as f64 * sample_time_s;

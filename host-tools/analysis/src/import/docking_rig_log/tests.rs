@@ -1,4 +1,4 @@
-//! What a `meta.json` becomes, and how a broken folder is refused.
+//! Tests: the model that a `meta.json` becomes, and errors for a broken folder.
 
 use super::*;
 use crate::import::model_text;
@@ -178,7 +178,7 @@ fn what_is_not_known_is_told_and_does_no_harm() {
     }
 }
 
-/// What is replaced in the text of `meta.json`, by what, and what is then said.
+/// Text that is replaced in `meta.json`, its replacement, and the expected error.
 const META_MISTAKES: &[(&str, &str, &str)] = &[
     ("rig-log/1", "rig-log/9", "received `docking-rig-log/9`"),
     (",\"mass_kg\":3.0", "", "missing field `mass_kg`"),

@@ -1,7 +1,7 @@
 //! The optional `tolerance` of `meta.json`: dotted path of a parameter -> one standard deviation.
 //!
-//! The model file has one number where the format allows one per component or per wall: the
-//! largest then counts, which never calls a tolerated error an effect.
+//! Where the format allows one value per component or per wall, the model file has a single one. The largest then counts, so that
+//! an error within tolerance is never taken for an effect.
 
 use anyhow::{Context, ensure};
 use serde_json::{Map, Value};
@@ -31,8 +31,8 @@ fn exact() -> ToleranceModel {
     }
 }
 
-/// Where a log states no tolerances its nominal values count as exact but for a fifth of what a model
-/// file usually allows: enough for another integration of the same equations.
+/// Tolerances of a log that states none: a fifth of what a model file usually allows, nearly exact. It is enough for another
+/// integration of the same equations.
 pub(super) fn unstated() -> ToleranceModel {
     const SHARE: f64 = 0.2;
     let usual = ToleranceModel::default();
@@ -48,7 +48,7 @@ pub(super) fn unstated() -> ToleranceModel {
     }
 }
 
-/// Tolerances of the model file; paths that it has no place for are told in `notes`.
+/// Tolerances of the model file. Paths for which it has no key are reported in `notes`.
 ///
 /// # Errors
 ///
@@ -119,7 +119,7 @@ fn assign(path: &str, numbers: &[f64], largest: f64, tolerance: &mut ToleranceMo
         "contact.x_front_m" | "contact.x_aft_m" => {
             t.wall_position_m = t.wall_position_m.max(largest);
         }
-        // A tip that is longer meets the wall earlier; one that is off the axis is centred there.
+        // A longer tip meets the wall earlier; a tip off the axis shifts the guide's centre line.
         "geometry.r_tip_m" => {
             t.wall_position_m = t.wall_position_m.hypot(component(0));
             t.guide_position_m = component(1).max(component(2));

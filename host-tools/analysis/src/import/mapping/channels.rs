@@ -10,7 +10,7 @@ use softdock_control::frames;
 /// in a group that is, is zero.
 #[derive(Clone, Debug)]
 pub(super) struct Channels {
-    /// Numbers of the rows in their file, from 1; none of what is interpolated.
+    /// Numbers of the rows in their file, from 1; empty after resampling.
     pub(super) rows: Vec<usize>,
     /// Time, s.
     pub(super) time_s: Vec<f64>,
@@ -68,7 +68,7 @@ impl Rotation {
 }
 
 impl Channels {
-    /// Leaves rows out in which a value is not there, and says so.
+    /// Drops rows in which a value is missing, with a warning.
     ///
     /// # Errors
     ///
@@ -99,7 +99,7 @@ impl Channels {
         Ok(())
     }
 
-    /// Says so where nothing that moves is mapped.
+    /// A warning if no motion is mapped.
     pub(super) fn lacks_motion(&self, name: &str) -> Option<String> {
         let motions = [&self.executed, &self.sent];
         let poses = self.position.is_some() || self.orientation.is_some();
@@ -111,7 +111,7 @@ impl Channels {
         })
     }
 
-    /// Orientations of the rows if nothing counts their turns, else none.
+    /// Orientations of all rows if nothing counts their whole turns; otherwise empty.
     pub(super) fn uncounted(&self) -> Vec<UnitQuaternion<f64>> {
         let uncounted = self.orientation.as_ref().filter(|rotation| match rotation {
             Rotation::Angles(angles) => angles.begin_again,

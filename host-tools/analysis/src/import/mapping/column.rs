@@ -41,8 +41,8 @@ impl Quantity {
     }
 }
 
-/// Units by name: what they measure, and how much SI one of them is. Without a quantity they are
-/// those of a converter, whose user has to say how much SI one of them is.
+/// Units by name: quantity, and factor to SI. Units without a quantity are those of a converter, for which the user has to give
+/// the scale to SI.
 const UNITS: &[(&str, Option<Quantity>, f64)] = &[
     ("s", Some(Quantity::Time), 1.0),
     ("ms", Some(Quantity::Time), 1e-3),
@@ -120,7 +120,7 @@ pub(super) enum ColumnName {
     Number(usize),
 }
 
-/// A column and how its numbers become SI: `SI of (scale × number + offset) units`, less those of another.
+/// A column and its conversion to SI: `scale × number + offset` in its unit, minus the value of another column.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Column {
     /// Which one.
@@ -128,7 +128,7 @@ pub(super) struct Column {
     unit: Option<Unit>,
     scale: Option<f64>,
     offset: f64,
-    /// What is taken off, in SI.
+    /// Column that is subtracted, in SI.
     pub(super) minus: Option<Box<Column>>,
 }
 
@@ -150,12 +150,13 @@ impl Column {
         self.unit.is_some_and(|unit| unit.name == DATE)
     }
 
-    /// Whether the mapping says in which unit its numbers are.
+    /// Whether the mapping states the unit of its numbers.
     pub(super) fn says_unit(&self) -> bool {
         self.unit.is_some()
     }
 
-    /// What a mapping that gives a converter's unit the scale 1 or -1 makes of the SI unit `si` of this column.
+    /// Note on a converter's unit with the scale 1 or −1: values in the SI unit `si` are then in the converter's scale. None for
+    /// any other column.
     pub(super) fn unscaled(&self, si: &str) -> Option<String> {
         let converter = self.unit.filter(|unit| unit.quantity.is_none())?;
         (self.scale?.abs() == 1.0).then(|| {
@@ -166,7 +167,7 @@ impl Column {
         })
     }
 
-    /// Scale and offset to SI; `place` stands for the column in errors.
+    /// Scale and offset to SI. `place` is the column's key in the mapping, for errors.
     ///
     /// # Errors
     ///

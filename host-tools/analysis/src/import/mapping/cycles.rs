@@ -73,12 +73,12 @@ pub(super) fn cycles(
     Ok(cycles)
 }
 
-/// The velocity is not in the log, and its poses hold one.
+/// Whether the executed velocity is derived: the log has none, but poses of a motion.
 fn derives(channels: &Channels, at_rest: bool) -> bool {
     !at_rest && channels.executed.is_none() && has_pose(channels)
 }
 
-/// What is made of other channels, and how.
+/// Channels that are computed from others: name, and how.
 pub(super) fn derived(
     channels: &Channels,
     at_rest: bool,

@@ -12,7 +12,7 @@ use softdock_physics::model::FilterModel;
 pub(super) struct Mapping {
     /// A model file beside the mapping that is copied to the recordings.
     pub(super) model: Option<String>,
-    /// What the model to start from says where there is none.
+    /// Values for the starting model if `model` is left out.
     pub(super) starter: Option<Told>,
     /// Names of the tables in the folder that is imported.
     pub(super) files: Files,
@@ -52,8 +52,8 @@ pub(super) struct Files {
     pub(super) test: Tables,
 }
 
-/// The tables of each log. Those of one log stand side by side, row by row; the columns of the second are numbered on behind
-/// those of the first. Written as the name of one table, the names of those of one log, or a list of such lists.
+/// The tables of each log. The tables of one log stand side by side, row by row; numbers of columns run on from one to the next.
+/// Written as the name of one table, the names of those of one log, or a list of such lists.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Tables(pub(super) Vec<Vec<String>>);
 
@@ -89,7 +89,7 @@ pub(super) struct Time {
     pub(super) sample_time_s: Option<f64>,
     /// What becomes of rows with the time of the row before; they are an error if nothing is said.
     pub(super) duplicates: Option<Duplicates>,
-    /// Rate to which rows of any distance are interpolated.
+    /// Rate to which rows at any steps are interpolated.
     pub(super) resample_hz: Option<Resample>,
     /// What becomes of gaps; they are cut if nothing is said.
     pub(super) gaps: Option<Gaps>,
@@ -149,9 +149,9 @@ pub(super) enum Gaps {
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct Mode {
-    /// Column that says so.
+    /// Column that holds it.
     pub(super) column: Option<ColumnName>,
-    /// What it says then; left out: any number but zero.
+    /// Its values in closed loop; left out: any number but zero.
     pub(super) running: Vec<String>,
     /// Without a column: first row, from 1, and last.
     pub(super) running_rows: Option<[usize; 2]>,
@@ -175,7 +175,7 @@ pub(super) struct Orientation {
     pub(super) quaternion: Option<[ColumnName; 4]>,
     /// Their order.
     pub(super) order: Order,
-    /// `rx`, `ry`, `rz` are angles of turns about these axes, each as the one before has left it.
+    /// `rx`, `ry`, `rz` are angles of rotations about these axes, each axis as the rotation before has turned it.
     pub(super) euler: Option<Turns>,
     rx: Option<Column>,
     ry: Option<Column>,
@@ -262,7 +262,7 @@ pub(super) enum Frame {
     Base,
 }
 
-/// Rows that are imported; everything that is given must be fulfilled.
+/// Rows that are imported; a row has to meet all conditions that are given.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct Rows {
@@ -272,9 +272,9 @@ pub(super) struct Rows {
     to_s: Option<f64>,
     /// What becomes of rows with a cell that holds no number.
     pub(super) incomplete: Incomplete,
-    /// Those of the log to fit on, in place of what stands above.
+    /// Range of the training log, in place of the four keys above.
     pub(super) train: Option<Span>,
-    /// Those of the log to test on; without a file of its own, of the same file.
+    /// Range of the test log. Without a file of its own it is taken from the same file.
     pub(super) test: Option<Span>,
 }
 
@@ -326,11 +326,11 @@ pub(super) enum Incomplete {
     Refuse,
     /// They are left out, which makes gaps.
     LeaveOut,
-    /// The cell is interpolated between those of its column that hold one: rows have some of the channels each.
+    /// The cell is interpolated within its column: for tables in which each row holds some of the channels.
     Interpolate,
 }
 
-/// A zero-phase Butterworth low-pass on all that was measured, then every n-th row.
+/// A zero-phase Butterworth low-pass on all measured channels, then decimation.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Filter {
@@ -342,7 +342,7 @@ pub(super) struct Filter {
     /// Every n-th row is kept.
     #[serde(default = "one")]
     pub(super) decimate: usize,
-    /// What is left out at either end, s: there the filter has only one side to go by.
+    /// Time that is left out at either end, s: the filter knows the signal on one side only there.
     #[serde(default)]
     pub(super) trim_s: f64,
 }
@@ -413,7 +413,7 @@ impl Executed {
 }
 
 impl Wrench {
-    /// Columns in a converter's unit whose scale nobody knows.
+    /// Notes on columns in a converter's unit whose scale is not known.
     pub(super) fn unscaled(&self) -> impl Iterator<Item = String> {
         let columns = self.columns().into_iter().zip(WRENCH_KEYS);
         columns.filter_map(|(column, key)| {

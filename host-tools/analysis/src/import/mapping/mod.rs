@@ -56,9 +56,9 @@ pub struct MappedLogs {
     pub train: Vec<Recording>,
     /// Logs that the fit must not see, if the mapping names any.
     pub test: Vec<Recording>,
-    /// What all went through that was measured.
+    /// The low-pass that all measured channels went through, if any.
     pub filtered: Option<Filtered>,
-    /// What a model to start from says that no column tells.
+    /// Values for a starting model that no column holds.
     pub told: Told,
     /// Channels that were not measured, and from what they were made.
     pub derived: Vec<(&'static str, &'static str)>,
@@ -147,7 +147,7 @@ fn read_model(file: &Path) -> anyhow::Result<(Model, String)> {
     Ok((Model::from_toml(&text, &file.display().to_string())?, text))
 }
 
-/// Says so of a model that does not know the filter.
+/// A warning if the model does not state the filter of the log.
 fn lacks_filter(model: &Model, filtered: &Filtered) -> Option<String> {
     let own = filtered.filter;
     (model.sensor.filter != Some(own)).then(|| {
@@ -198,7 +198,7 @@ fn files<'a>(path: &'a Path, mapping: &Mapping) -> anyhow::Result<LogFiles<'a>> 
         train.len(),
         path.display()
     );
-    // The file takes the place of the first; what is pasted beside it stays.
+    // The given file replaces the first table; tables beside it stay.
     let mut tables = train.pop().unwrap_or_else(|| vec![String::new()]);
     tables[0] = name.to_owned();
     Ok((
@@ -215,21 +215,21 @@ struct Importer<'a> {
     fewest_rows: Option<usize>,
     derived: Vec<(&'static str, &'static str)>,
     warnings: Vec<String>,
-    /// What the filter leaves of the noise of each table.
+    /// Noise of each table that the filter leaves.
     behind_filter: Vec<NoiseFloors>,
     turning: Turning,
 }
 
-/// What a part of a table is called that is to be fitted on.
+/// Name, in messages, of the part of a table that is fitted.
 const TRAINING: &str = "training";
-/// ... and one that is to be tested on.
+/// ... and of the part that is unseen.
 const TEST: &str = "test";
 
-/// Cycles that follow each other, not yet checked.
+/// Successive cycles, not yet checked.
 struct Stretch {
     /// Of the tables.
     name: String,
-    /// ... and of the part of them, in sentences.
+    /// The same with the part of the tables, for messages.
     said: String,
     cycles: Vec<CycleRecord>,
     /// See [`Header::whole_turns`].
@@ -239,7 +239,7 @@ struct Stretch {
 }
 
 impl Stretch {
-    /// Where the log begins of which this is a part.
+    /// Beginning of the whole log, also if this is a later part of it.
     fn beginning(&self) -> Option<Beginning> {
         let of = |first: &CycleRecord| Beginning {
             time_s: first.trace.time_s,
@@ -249,7 +249,7 @@ impl Stretch {
         self.began.or(self.cycles.first().map(of))
     }
 
-    /// Two parts of one log: the later one knows where the earlier one begins.
+    /// Tells the later of two parts of one log where the log begins.
     fn joined(mut self, mut other: Self) -> (Self, Self) {
         let times = |part: &Self| part.cycles.first().map(|first| first.trace.time_s);
         match times(&self) <= times(&other) {
@@ -261,8 +261,8 @@ impl Stretch {
 }
 
 impl Importer<'_> {
-    /// Training logs and test logs. Without tables of their own test data are rows of the training logs' tables, if the mapping
-    /// says so.
+    /// Training logs and test logs. If the mapping asks for it, rows of the training logs' tables become test logs, in place of
+    /// tables of their own.
     fn logs(
         &mut self,
         train: &[Vec<String>],
@@ -307,7 +307,7 @@ impl Importer<'_> {
         Ok((trained, unseen))
     }
 
-    /// Of tables that stand side by side.
+    /// Reads tables that stand side by side.
     fn stretch(&mut self, files: &[String], part: Part) -> anyhow::Result<Stretch> {
         let mapping = self.mapping;
         let source = Source::read(self.folder, files, mapping)?;
@@ -356,7 +356,7 @@ impl Importer<'_> {
         })
     }
 
-    /// Each row is a measurement of its own.
+    /// Whether the rows are measurements at rest, independent of each other.
     fn at_rest(&self) -> bool {
         self.model.is_some_and(|model| model.sensor.at_rest)
     }
@@ -375,7 +375,7 @@ impl Importer<'_> {
         frames::pose(&[0.0; 3], &wxyz).rotation
     }
 
-    /// Training and test part of one log.
+    /// Splits a log into its training part and its test part.
     fn split(&self, whole: Stretch, split: Split) -> anyhow::Result<(Stretch, Stretch)> {
         let Stretch {
             name,
@@ -424,7 +424,7 @@ impl Importer<'_> {
         }
     }
 
-    /// The recording, checked.
+    /// Makes a recording of cycles and checks it.
     fn recording(&mut self, stretch: Stretch) -> anyhow::Result<Recording> {
         let Stretch {
             name,
@@ -456,7 +456,8 @@ impl Importer<'_> {
         let promised = self.mapping.time.sample_time_s;
         let context = CheckContext {
             name: &said,
-            // Rows at rest that were split are no longer equally far apart, and samples are as asked.
+            // The stated sample time is not checked where rows at rest were split, which are then at unequal steps, or where rows
+            // were resampled.
             sample_time_s: promised.map(|step| step * kept as f64).filter(|_| {
                 self.mapping.split.is_none() && self.mapping.time.resample_hz.is_none()
             }),

@@ -25,7 +25,7 @@ const fn quantities(linear: Quantity, angular: Quantity) -> [Quantity; 6] {
     [linear, linear, linear, angular, angular, angular]
 }
 
-/// Reads what the mapping names, in some rows.
+/// Reads the columns that the mapping names, in a range of rows.
 ///
 /// # Errors
 ///
@@ -95,8 +95,8 @@ fn group<const N: usize>(
     Ok(Some(signals))
 }
 
-/// Leaves the rows of the mapping's range in the source before anything but their time is read: what
-/// is wrong in the others does not matter.
+/// Keeps the rows of the mapping's range in the source and returns their times, s. It runs before any column but the time is
+/// read, so that errors in other rows do not matter.
 fn select(mapping: &Mapping, span: Span, source: &mut Source) -> anyhow::Result<Vec<f64>> {
     let Span {
         first,
@@ -124,7 +124,8 @@ fn select(mapping: &Mapping, span: Span, source: &mut Source) -> anyhow::Result<
         .filter(|n| wanted(*n))
         .map(|n| times[n])
         .collect();
-    // A recording's time cannot be negative. All parts of a table are moved alike, if its first row has a time.
+    // Times of a recording cannot be negative, so they are shifted. All parts of a table are shifted alike, if its first row has
+    // a time.
     let begins = self::times(mapping, &mut source.beginning()).ok();
     let begins = begins.and_then(|times| times.first().copied().filter(|time| time.is_finite()));
     let start = begins
@@ -149,7 +150,8 @@ fn times(mapping: &Mapping, source: &mut Source) -> anyhow::Result<Vec<f64>> {
     Ok(source.numbers_of_rows().map(|n| n as f64 * step).collect())
 }
 
-/// In which rows the loop is closed: by the column, by the rows, or wherever a model ran at all.
+/// Whether the loop is closed, for each row: by the mapped column, by the given range of rows, or, without either, in all rows of
+/// a log that has the velocity of a model.
 fn running(mode: &Mode, source: &mut Source, has_model: bool) -> anyhow::Result<Vec<bool>> {
     if let Some(column) = &mode.column {
         ensure!(
@@ -221,7 +223,7 @@ fn rotation(
     }
 }
 
-/// A hint where rotations whose unit is not said reach more than a turn.
+/// A warning if rotations without a stated unit exceed a turn.
 fn more_than_a_turn(
     orientation: &Orientation,
     vectors: &[Vector3<f64>],

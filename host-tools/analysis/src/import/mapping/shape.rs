@@ -14,8 +14,8 @@ use std::ops::Range;
 /// Highest order whose sections are still well conditioned.
 const HIGHEST_ORDER: u32 = 12;
 
-/// Filters alike all that was measured between its gaps, and keeps every n-th row between the ends that are
-/// left out; what gaps cost goes to `told`. Returns what is left of the noise.
+/// Low-passes all measured channels alike, piece by piece between gaps, drops the ends of each piece and keeps every n-th row.
+/// Rows that gaps cost are reported in `told`. Returns the noise that the filter leaves.
 ///
 /// # Errors
 ///
@@ -39,7 +39,7 @@ pub(super) fn filter(
         let parts = pieces.iter().map(|piece| of(&signal[piece.clone()]));
         *signal = parts.collect::<Vec<_>>().concat();
     };
-    // What was sent is known exactly, and a drive is not told it filtered.
+    // Sent velocities are exact, and the drive received them unfiltered.
     let mut sent = channels.sent.take();
     for signal in sent.iter_mut().flatten() {
         by_piece(signal, &|sent| means_ahead(sent, decimate));
@@ -67,7 +67,7 @@ pub(super) fn filter(
     Ok(noise)
 }
 
-/// Means of a series over so many rows, from each on: what was sent until the next row that is kept.
+/// Mean of so many values from each row on: the velocity that was sent until the next row that is kept.
 fn means_ahead(series: &[f64], rows: usize) -> Vec<f64> {
     let mean = |n: usize| {
         let ahead = &series[n..series.len().min(n + rows)];
@@ -76,7 +76,8 @@ fn means_ahead(series: &[f64], rows: usize) -> Vec<f64> {
     (0..series.len()).map(mean).collect()
 }
 
-/// What a filter will leave of the noise on what is measured, seen in the longest of the `pieces`; of orientations if they are angles.
+/// Noise that a filter will leave on the measured channels, estimated in the longest of the `pieces`; of orientations only if
+/// they are angles.
 fn noise_behind(filter: LowPassed, channels: &Channels, pieces: &[Range<usize>]) -> NoiseFloors {
     let longest = pieces.iter().max_by_key(|piece| piece.len());
     let largest = |signals: &[Vec<f64>]| {
@@ -139,7 +140,7 @@ fn rows_trimmed(filter: &Filter, rate_hz: f64, rows: usize) -> anyhow::Result<us
     Ok(trimmed as usize)
 }
 
-/// Every n-th row of each piece that is not among those left out at its ends.
+/// Whether a row is kept: every n-th row of each piece without its ends.
 fn rows_kept(pieces: &[Range<usize>], decimate: usize, trimmed: usize) -> Vec<bool> {
     let kept = |count: usize| {
         (0..count).map(move |n| n % decimate == 0 && n >= trimmed && n + trimmed < count)
@@ -147,8 +148,8 @@ fn rows_kept(pieces: &[Range<usize>], decimate: usize, trimmed: usize) -> Vec<bo
     pieces.iter().flat_map(|piece| kept(piece.len())).collect()
 }
 
-/// Of what turns about one axis by half a turn or more from one row that is kept to the next no pose says which way: its angles or its
-/// velocity say so here for the last time.
+/// Refuses a decimation that leaves rotations of half a turn or more between kept rows. A pose does not tell their direction, and
+/// the angles and velocities in between, which do, would be lost.
 fn less_than_half_a_turn(
     channels: &Channels,
     kept: &[bool],
@@ -166,14 +167,14 @@ fn less_than_half_a_turn(
     Ok(())
 }
 
-/// How far angles turn at the most from one of the rows that are `kept` to the next, gaps apart, rad, and after which time, s; 0 of
-/// quaternions, and of a velocity without an orientation and a command, which says how far it turned for ever.
+/// Largest rotation between successive `kept` rows of a piece, rad, and the time of the first of them, s. 0 for quaternions; also
+/// for a velocity without an orientation in a log without commands, as it continues to tell how far the axis turned.
 pub(super) fn largest_turn(channels: &Channels, kept: impl Fn(usize) -> bool) -> (f64, f64) {
     let times = &channels.time_s;
     let speed = |[.., rx, ry, rz]: &[Vec<f64>; 6], n: usize| rx[n].hypot(ry[n]).hypot(rz[n]);
     let turn = |from: usize, to: usize| match (&channels.orientation, &channels.executed) {
         (Some(Rotation::Angles(angles)), _) => (angles.rad[to] - angles.rad[from]).abs(),
-        // The motion of a log with a command is simulated, and turns by another velocity.
+        // The motion of a log with commands is simulated: it turns by another velocity than the measured one.
         (None, Some(velocity)) if channels.sent.is_some() => {
             0.5 * (speed(velocity, from) + speed(velocity, to)) * (times[to] - times[from])
         }
@@ -193,8 +194,9 @@ pub(super) fn largest_turn(channels: &Channels, kept: impl Fn(usize) -> bool) ->
     )
 }
 
-/// Makes orientations ready to be filtered or interpolated: angles, if all of them are turns about one axis; a joint may turn fast, and
-/// its quaternion then swings. Else quaternions without jumps to their negatives, which are the same orientation, but not for a filter.
+/// Prepares orientations to be filtered or interpolated. Rotations about one axis become angles: a joint may turn fast, and its
+/// quaternion then oscillates. Other quaternions are kept from jumping to their negatives, which are the same orientation, but
+/// not to a filter.
 pub(super) fn unroll(channels: &mut Channels) {
     let Some(Rotation::Quaternions(parts)) = &mut channels.orientation else {
         return;
@@ -203,7 +205,7 @@ pub(super) fn unroll(channels: &mut Channels) {
         channels.orientation = Some(Rotation::Angles(angles));
         return;
     }
-    // Rows that hold none yet are passed over.
+    // Rows without a quaternion are skipped.
     let mut last = 0;
     for n in 0..parts[0].len() {
         let along: f64 = parts.iter().map(|part| part[n] * part[last]).sum();
@@ -216,7 +218,7 @@ pub(super) fn unroll(channels: &mut Channels) {
     }
 }
 
-/// Makes unit quaternions again of what a filter or an interpolation has made of them.
+/// Normalises quaternions after a filter or an interpolation.
 pub(super) fn normalise(channels: &mut Channels) {
     let Some(Rotation::Quaternions(parts)) = &mut channels.orientation else {
         return;
@@ -272,8 +274,8 @@ mod tests {
         }
     }
 
-    /// 1 rad from row to row: three rows together are less than half a turn, four are more. A velocity without an angle says how far
-    /// whatever the rows.
+    /// 1 rad per row: three rows together are less than half a turn, four are more. A velocity without an angle tells the
+    /// rotation at any spacing of rows.
     #[test]
     fn rows_between_which_turns_are_lost_are_kept() {
         let turning = |by_velocity: bool, decimate: usize| {

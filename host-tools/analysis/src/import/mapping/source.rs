@@ -86,7 +86,7 @@ impl Source {
         self.rows.iter().copied()
     }
 
-    /// Leaves the rows for whose place `wanted` holds.
+    /// Keeps the rows whose index `wanted` accepts.
     pub(super) fn keep(&mut self, wanted: impl Fn(usize) -> bool) {
         self.tables.iter_mut().for_each(|table| table.keep(&wanted));
         let mut place = 0..;
@@ -102,7 +102,7 @@ impl Source {
         self.tables.iter().try_for_each(Table::check)
     }
 
-    /// A column was asked for that does not exist; [`Self::finish`] names it.
+    /// Whether a column was requested that does not exist; [`Self::finish`] names it.
     pub(super) fn lacks_columns(&self) -> bool {
         !self.missing.is_empty()
     }
@@ -126,8 +126,8 @@ impl Source {
         )
     }
 
-    /// Numbers of a column in SI; zeros if it is missing, which [`Self::finish`] reports; NaN where a cell
-    /// holds none and its row is to be left out. `place` is its key in the mapping.
+    /// Values of a column in SI; zeros if it is missing, which [`Self::finish`] reports; NaN where a cell holds no number and
+    /// rows with such cells are allowed. `place` is its key in the mapping.
     ///
     /// # Errors
     ///

@@ -14,27 +14,26 @@ use softdock_report::number;
 use std::f64::consts::PI;
 use std::ops::Range;
 
-/// A gap, in median steps, where steps of any length are resampled: longer than what a cubic through four rows
-/// bridges, half a period of the fastest motion, if that takes ten rows.
+/// Longer steps than this, in median steps, are gaps when rows are resampled. A cubic through four rows bridges no more than half
+/// a period of the fastest motion: five rows, if a period has ten.
 const RESAMPLED_GAP: f64 = 5.0;
-/// Longest step that a cubic bridges, in periods of the fastest motion: what is faster than the low-pass behind it is
-/// taken out again.
+/// Longest step that a cubic bridges, in periods of the low-pass's cutoff: faster motion is filtered out afterwards.
 const BRIDGED_PERIODS: f64 = 0.5;
-/// Rows over which stamps are held against equal steps; a clock that drifts is regular here.
+/// Number of rows over which time stamps are compared with equal steps: so few that a clock that drifts is regular.
 const WINDOW: usize = 100;
-/// Farthest that a stamp is from its place among equal steps, in steps, when it is rounded or late.
+/// Largest deviation of a stamp from equal steps, in steps, that rounding or a late stamp explains.
 const LATE: f64 = 0.5;
 /// Share of rows that may be farther off, or behind a gap, in a log of equal steps.
 const FEW: f64 = 0.05;
-/// Samples for each row that resampling may make: more are a slip in a unit.
+/// Largest number of samples that resampling makes per row: more are a slip in a unit.
 const FINEST: f64 = 100.0;
-/// Rows nearer to each other than this part of the next step are a burst, stamped when they arrived: their difference is
-/// no slope. A cubic takes an error of a row over a step h into the next one, H, by (4/27) √2 H/h: at most as a whole.
+/// Rows that are closer than this part of the next step are a burst, stamped when they arrived: their difference quotient is no
+/// slope. A cubic amplifies the error of a row from a step h into the next step H by (4/27) √2 H/h, which this limits to about 1.
 const BURST: f64 = 0.2;
-/// A sample so near to a row, in steps, is that row.
+/// A sample closer to a row than this, in steps, takes the row's value.
 const SAME: f64 = 1e-3;
 
-/// Keeps one row of those with one time, and tells how many went.
+/// Keeps one of several rows with the same time. The number of removed rows goes to `told`.
 pub(super) fn without_duplicates(
     channels: &mut Channels,
     kept: Duplicates,
@@ -60,11 +59,12 @@ pub(super) fn without_duplicates(
     ));
 }
 
-/// Interpolates each signal where its row holds none, between rows of its own that are not too far apart; how many went so is told.
+/// Interpolates missing values of each signal between its own rows that are not too far apart. The number of interpolated values
+/// goes to `told`.
 ///
 /// # Errors
 ///
-/// Rows of several rates, one behind the other, that are not resampled.
+/// Rows of several channels at uneven steps that are not resampled afterwards.
 pub(super) fn fill_in(
     channels: &mut Channels,
     resamples: bool,
@@ -96,7 +96,7 @@ pub(super) fn fill_in(
     Ok(())
 }
 
-/// [`fill_in`] of one signal; how many values it now has more.
+/// [`fill_in`] of one signal. Returns the number of interpolated values.
 fn fill(signal: &mut [f64], times: &[f64]) -> usize {
     let own = (0..times.len()).filter(|n| signal[*n].is_finite() && times[*n].is_finite());
     let (own_times, values): (Vec<f64>, Vec<f64>) = own.map(|n| (times[n], signal[n])).unzip();
@@ -126,19 +126,19 @@ fn fill(signal: &mut [f64], times: &[f64]) -> usize {
 
 /// Whether nearly all steps are about the median one.
 fn are_even(times: &[f64]) -> bool {
-    /// Farthest from it, as a part of it.
+    /// Largest deviation from the median step, relative to it.
     const ABOUT: f64 = 0.25;
     let median_s = sample_time_s(times).unwrap_or(f64::INFINITY);
     let off = |pair: &&[f64]| ((pair[1] - pair[0]) / median_s - 1.0).abs() > ABOUT;
     times.windows(2).filter(off).count() as f64 <= FEW * times.len() as f64
 }
 
-/// Makes equal steps of the rows where the mapping says how; what was done goes to `told`. `cutoff_hz`: of the low-pass
-/// that the rows go through afterwards.
+/// Makes the steps of the rows equal, by resampling or by cutting or bridging gaps, as the mapping says. Notes on this go to
+/// `told`. `cutoff_hz`: cutoff of the low-pass that follows, if any.
 ///
 /// # Errors
 ///
-/// Rows that are not equally far apart, and nothing is said about it; a rate that is none.
+/// Rows at unequal steps without `resample_hz`; an impossible rate.
 pub(super) fn regular(
     channels: &mut Channels,
     time: &Time,
@@ -147,7 +147,7 @@ pub(super) fn regular(
     told: &mut Vec<String>,
 ) -> anyhow::Result<()> {
     let times = channels.time_s.as_slice();
-    // Before any row is filtered, made up or left out for its time.
+    // Checked before any row is filtered, interpolated or dropped.
     ensure_rising(name, times, |n| channels.rows[n])?;
     let median_s = sample_time_s(times)?;
     turns::ensure_told(&channels.uncounted(), &pieces(times), &channels.rows, name)?;
@@ -186,7 +186,7 @@ pub(super) fn regular(
     ensure_followed(channels, name)
 }
 
-/// Refuses steps of any length.
+/// Refuses unequal steps.
 fn ensure_equal(times: &[f64], median_s: f64, name: &str) -> anyhow::Result<()> {
     let pieces = split(times, GAP * median_s);
     let late: usize = pieces
@@ -214,7 +214,7 @@ fn ensure_equal(times: &[f64], median_s: f64, name: &str) -> anyhow::Result<()> 
     )
 }
 
-/// Rows of a window that are off the straight line through it by more than [`LATE`].
+/// Number of rows of a window that deviate from a straight line through it by more than [`LATE`].
 fn late(window: &[f64], step_s: f64) -> usize {
     let count = window.len() as f64;
     let mean = window.iter().sum::<f64>() / count;
@@ -270,12 +270,13 @@ fn gaps(
                 channels.len()
             ));
         }
-        // Nothing is made up unless somebody asks for it; the recording's check tells the gaps.
+        // Gaps are filled only on request. The check of the recording reports them.
         Some(Gaps::Cut) | None => {}
     }
 }
 
-/// Interpolates to equal steps, within the stretches between gaps or across them; rows that are there already need no word.
+/// Interpolates to equal steps, within the stretches between gaps or across them. Nothing is noted if the rows are at these times
+/// already.
 fn resample(
     channels: &mut Channels,
     step_s: f64,
@@ -330,7 +331,7 @@ fn equal_steps(rows: &[f64], pieces: &[Range<usize>], step_s: f64) -> Vec<f64> {
     pieces.iter().flat_map(of_piece).collect()
 }
 
-/// Refuses rows from one to the next of which something turns by half a turn or more.
+/// Refuses a rotation of half a turn or more between neighbouring rows: its direction is ambiguous.
 fn ensure_followed(channels: &Channels, name: &str) -> anyhow::Result<()> {
     let (turn, after_s) = largest_turn(channels, |_| true);
     let rate_hz = 1.0 / sample_time_s(&channels.time_s)?;
@@ -358,7 +359,8 @@ fn interpolated(rows: &[f64], samples: &[f64], step_s: f64) -> f64 {
     1.0 - same as f64 / samples.len().max(1) as f64
 }
 
-/// What each channel lost: its rows against the samples, interpolated back.
+/// Changes of each channel by resampling, in words: the samples are interpolated back to the times of the rows and compared with
+/// them.
 fn losses(before: &Channels, after: &Channels, longest_s: f64) -> String {
     let mut back = after.clone();
     let longest_s = longest_s.max(GAP * sample_time_s(&after.time_s).unwrap_or(longest_s));
@@ -383,7 +385,7 @@ fn losses(before: &Channels, after: &Channels, longest_s: f64) -> String {
                 let whole = rms(&|n| a[n] - mean);
                 let changed = rms(&|n| a[n] - b[n]);
                 let part = 100.0 * changed / whole;
-                // Less is shown as nothing.
+                // Smaller shares would print as zero.
                 (part >= 0.005).then(|| {
                     let space = if unit.is_empty() { "" } else { " " };
                     format!(
@@ -398,8 +400,8 @@ fn losses(before: &Channels, after: &Channels, longest_s: f64) -> String {
     }
 }
 
-/// Takes all channels, whose orientations are [ready](unroll), to other times, which rise; steps longer than `longest_s` by straight
-/// lines.
+/// Interpolates all channels to the rising times `samples`; orientations have to be [ready](unroll). Steps longer than
+/// `longest_s` are bridged by straight lines.
 fn interpolate(channels: &mut Channels, samples: &[f64], longest_s: f64, pieces: &[Range<usize>]) {
     let rows = std::mem::take(&mut channels.time_s);
     // The row at or before each sample and the piece that it is in.
@@ -409,7 +411,7 @@ fn interpolate(channels: &mut Channels, samples: &[f64], longest_s: f64, pieces:
         while row + 1 < rows.len() && rows[row + 1] <= *sample {
             row += 1;
         }
-        // A sample just before a piece, by round-off, is that piece's.
+        // A sample that is before a piece by round-off belongs to it.
         while piece + 1 < pieces.len() && rows[pieces[piece + 1].start] <= sample + SAME * longest_s
         {
             piece += 1;
@@ -437,8 +439,8 @@ fn interpolate(channels: &mut Channels, samples: &[f64], longest_s: f64, pieces:
     normalise(channels);
 }
 
-/// Cubic Hermite interpolation whose slope at a row is that of the parabola through it and its
-/// neighbours: exact for a parabola, whatever the steps; beside a burst that of the straight line over the longer step.
+/// Cubic Hermite interpolation. The slope at a row is that of the parabola through it and its neighbours, so that a parabola is
+/// reproduced at any steps. Beside a burst it is the slope of the straight line over the longer step.
 struct Cubic<'a> {
     times: &'a [f64],
     values: &'a [f64],
@@ -447,7 +449,7 @@ struct Cubic<'a> {
 }
 
 impl Cubic<'_> {
-    /// Value at a time between `row` and the next one of its piece; that of the row at its end.
+    /// Value at a time between `row` and the next one of its piece; at the end of the piece the value of `row`.
     fn at(&self, time: f64, row: usize, piece: &Range<usize>) -> f64 {
         let (from, to) = (row, row + 1);
         if to >= piece.end || time <= self.times[from] {

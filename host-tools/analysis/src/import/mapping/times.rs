@@ -26,7 +26,7 @@ pub(super) fn pieces(times: &[f64]) -> Vec<Range<usize>> {
     }
 }
 
-/// Numbers of the rows as cycles: one more from row to row, and as many as are missing in a gap.
+/// Numbers of the rows as cycles: they rise by one, and across a gap by the number of cycles that it lasts.
 pub(super) fn cycle_numbers(times: &[f64]) -> Vec<u64> {
     let median_s = sample_time_s(times).unwrap_or(f64::INFINITY);
     let mut number = 0_u64;
@@ -37,7 +37,7 @@ pub(super) fn cycle_numbers(times: &[f64]) -> Vec<u64> {
         } else {
             1
         };
-        // A gap may be as long as anybody writes it.
+        // A gap in a file may have any length.
         number = number.saturating_add(step);
         number
     });
