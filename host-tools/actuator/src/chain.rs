@@ -29,7 +29,7 @@ pub struct Resonance {
     pub damping_ratio: f64,
 }
 
-/// Limits of velocity, acceleration and jerk, in units of the axis; infinite: none.
+/// Limits of velocity, acceleration and jerk, in units of the axis; infinity is no limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     /// Largest velocity.
@@ -63,18 +63,17 @@ pub struct Chain {
     pub lag_s: f64,
     /// Time constant of a second lag, s.
     pub extra_lag_s: f64,
-    /// Executed over sent velocity, at rest.
+    /// Executed over sent velocity, in the steady state.
     pub gain: f64,
     /// The sent velocity is rounded to a multiple of this, in units of the axis; 0: not rounded.
     pub command_step: f64,
-    /// Sent velocities between these move nothing, and others what they have beyond, in units of the axis.
+    /// Sent velocities within this range move nothing; others are reduced by its nearer end. In units of the axis.
     pub dead_zone: [f64; 2],
-    /// Relative difference of the gain forth and back: 1 plus it, and 1 minus it.
+    /// Relative difference of the gain forth and back: the gains are 1 plus this and 1 minus this.
     pub asymmetry: f64,
     /// A second-order mode.
     pub resonance: Option<Resonance>,
-    /// Limit of the acceleration inside of the loop that makes the lag, in units of the axis;
-    /// infinite: none.
+    /// Limit of the acceleration inside of the loop that makes the lag, in units of the axis; infinity is no limit.
     pub loop_acceleration: f64,
     /// Limits of the planner, before the lag.
     pub planner: Limits,
@@ -112,7 +111,7 @@ impl Chain {
         }
     }
 
-    /// Its values bit by bit, to look up what is known of it.
+    /// All parameters as bits, as a key of a cache.
     pub fn bits(&self) -> [u64; 21] {
         let Self { planner, drive, .. } = self;
         let mode = self.resonance.map(|r| (r.frequency_hz, r.damping_ratio));
@@ -143,7 +142,8 @@ impl Chain {
         values.map(f64::to_bits)
     }
 
-    /// What the drive takes the sent velocities for: rounded, without its dead zone, with its gain by direction; None: as they are.
+    /// Velocities as the drive understands the sent ones: rounded, without the dead zone, with the gain by direction. None if
+    /// they are unchanged.
     pub(super) fn understood(&self, sent: &[f64]) -> Option<Vec<f64>> {
         let (step, [low, high], asymmetry) = (self.command_step, self.dead_zone, self.asymmetry);
         let understood = |sent: &f64| {
@@ -158,7 +158,7 @@ impl Chain {
         changes.then(|| sent.iter().map(understood).collect())
     }
 
-    /// Equal parts of a cycle that the stages need.
+    /// Number of equal parts into which a cycle is cut: 8 if a stage is not linear, otherwise 1.
     pub(super) fn parts(&self) -> usize {
         let free = !self.drive.any() && self.loop_acceleration.is_infinite();
         if free && self.pause_s <= 0.0 && self.backlash_m <= 0.0 {

@@ -36,7 +36,7 @@ impl Timing<'_> {
     }
 }
 
-/// A segment of a cycle: the command is the same all the time.
+/// Segment of a cycle in which the command is constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Segment {
     /// Cycle whose command acts; None before the first.
@@ -76,7 +76,7 @@ pub(super) struct Cut<'a> {
     equal: usize,
     timing: Timing<'a>,
     segments: Vec<Segment>,
-    /// How many cycles ago the commands of the segments were sent, if all cycles are alike.
+    /// Number of cycles ago in which each segment's command was sent, if all cycles are alike.
     ago: Vec<usize>,
     /// Start of the cycle, and arrival of the next command, after the first cycle, s.
     now_s: f64,
@@ -106,7 +106,7 @@ impl<'a> Cut<'a> {
         cut
     }
 
-    /// Whether each cycle has the same segments, but for the commands.
+    /// Whether all cycles have the same segments, apart from the commands.
     pub(super) fn cycles_are_alike(&self) -> bool {
         self.timing.intervals_s.is_empty()
     }
@@ -165,7 +165,7 @@ impl<'a> Cut<'a> {
         instant
     }
 
-    /// Adds a segment, unless it is none.
+    /// Adds a segment unless it is too short. Returns whether it was added.
     fn push(&mut self, command: Option<usize>, from_s: f64, to_s: f64, cycle_s: f64) -> bool {
         let is_one = to_s - from_s > SHORTEST * self.timing.cycle_s;
         if is_one {

@@ -4,10 +4,9 @@
 //! order: rounding, dead zone, gain by direction, planner limits, gain, lag, extra lag, resonance, drive limits, pause, lost motion. One
 //! axis at a time; every axis has the same [`Chain`] unless a caller gives it another.
 //!
-//! The linear stages are solved exactly for an input that is constant between two instants; a
-//! cycle is cut at the instant at which a command arrives and, where a stage is not linear, into
-//! eight equal parts besides. Where none of the stages that are not linear acts, the segment up to
-//! the next command is taken at once.
+//! The linear stages are solved exactly for an input that is constant between two instants. A cycle is cut at the instant at
+//! which a command arrives, and, if a stage is not linear, into eight equal parts as well. Where none of these stages acts, the
+//! segment up to the next command is taken in one step.
 
 mod chain;
 mod cut;
@@ -41,7 +40,7 @@ pub fn simulate(chain: &Chain, sent: &[f64], timing: &Timing<'_>, reading: Readi
     simulated(chain, sent, timing, reading, true)
 }
 
-/// The same; `steps_exactly`: segments in which only the linear stages act are taken at once.
+/// The same. `steps_exactly`: segments in which only the linear stages act are taken in one step.
 fn simulated(
     chain: &Chain,
     sent: &[f64],

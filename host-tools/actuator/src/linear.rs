@@ -22,26 +22,26 @@ impl Moved {
     }
 }
 
-/// Lag, extra lag and resonance, with what they do in times that occur over and over.
+/// Lag, extra lag and resonance, with responses cached by duration.
 #[derive(Clone)]
 pub(super) struct LinearStages {
     lags_s: [f64; 2],
     resonance: Option<Resonance>,
-    /// Outputs of the lags, output of the mode and its rate over the natural frequency.
+    /// Outputs of the two lags, output of the mode, and its rate divided by the natural frequency.
     state: [f64; 4],
     /// Responses by duration.
     known: Vec<Response>,
-    /// The one that was used last, which is mostly the next one, too.
+    /// Index of the response used last, which is mostly the next one as well.
     last: usize,
-    /// The last two durations of a single lag, the newer first, and what each leaves of an offset:
+    /// The last two durations of a single lag, the newer first, and the share of an offset that is left after each. Two, because
     /// the arrival of a command cuts a cycle in two.
     left: [(f64, f64); 2],
-    /// Responses of binary digits of a second; none until a duration is asked for only once.
+    /// Responses for binary digits of a second; empty until a duration occurs only once.
     digits: Vec<Response>,
 }
 
-/// What the stages do in some time: the states and the mean of the output, each from the states
-/// before and the input.
+/// Response of the stages over some time: the new states and the mean of the output, as linear functions of the old states and
+/// the input.
 #[derive(Clone, Copy)]
 struct Response {
     duration_s: f64,
@@ -60,9 +60,9 @@ impl Response {
     }
 }
 
-/// A lag below this is none, s.
+/// A shorter lag counts as none, s.
 const NO_LAG_S: f64 = 1e-9;
-/// More durations than this are not worth keeping: the cycles are not alike.
+/// Number of responses that are kept: with more durations, cycles are not alike and keeping them is not worthwhile.
 const REMEMBERED: usize = 8;
 
 impl LinearStages {
@@ -78,36 +78,36 @@ impl LinearStages {
         }
     }
 
-    /// State and time constant, s, of a lag without anything behind it. One of no duration is
-    /// where its input goes.
+    /// State and time constant, s, of the lag, if it is the only linear stage. None otherwise; a lag without duration has no
+    /// state.
     pub(super) fn single_lag(&self) -> Option<(f64, f64)> {
         (!self.is_cascade() && self.lags_s[0] >= NO_LAG_S)
             .then_some((self.state[0], self.lags_s[0]))
     }
 
-    /// States of the lags; none if anything behind them can swing.
+    /// States of the lags; None if there is a resonance behind them, which may oscillate.
     pub(super) fn lags(&self) -> Option<impl Iterator<Item = f64>> {
         let lags = self.state.into_iter().zip(self.lags_s);
         let lags = lags.filter(|(_, lag_s)| *lag_s >= NO_LAG_S).map(|l| l.0);
         self.resonance.is_none().then_some(lags)
     }
 
-    /// Whether a stage takes another's output.
+    /// Whether a stage has another one's output as its input.
     fn is_cascade(&self) -> bool {
         self.lags_s[1] >= NO_LAG_S || self.resonance.is_some()
     }
 
-    /// Whether they pass everything on.
+    /// Whether the stages pass their input unchanged.
     pub(super) fn is_nothing(&self) -> bool {
         !self.is_cascade() && self.lags_s[0] < NO_LAG_S
     }
 
-    /// Rest: an axis that restarts.
+    /// Sets the states to rest, for an axis that restarts.
     pub(super) fn reset(&mut self) {
         self.state = [0.0; 4];
     }
 
-    /// Some time with a constant input; `once`: no other segment lasts as long.
+    /// Advances by a duration with a constant input. `once`: no other segment has this duration.
     pub(super) fn advance(&mut self, input: f64, duration_s: f64, once: bool) -> Moved {
         if !self.is_cascade() {
             return self.lagged(input, duration_s);
@@ -119,7 +119,7 @@ impl LinearStages {
         self.apply(input, &response)
     }
 
-    /// A time that does not occur again, as a sum of binary digits of a second, of which each does.
+    /// Advances by a duration that does not recur, as a sum of binary digits of a second, whose responses do.
     fn in_digits(&mut self, input: f64, duration_s: f64) -> Moved {
         /// First and last digit: 62.5 ms and 4 ps.
         const DIGITS: std::ops::RangeInclusive<i32> = 4..=38;
@@ -150,7 +150,7 @@ impl LinearStages {
         Moved { mean, end }
     }
 
-    /// The last state of a cascade.
+    /// Output of a cascade: its last state.
     fn output(&self) -> f64 {
         match (self.resonance, self.lags_s[1] >= NO_LAG_S) {
             (Some(_), _) => self.state[2],

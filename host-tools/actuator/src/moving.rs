@@ -1,4 +1,4 @@
-//! A moving axis: drive, pause and lost motion, part by part or a segment at once.
+//! A moving axis: drive, pause and lost motion, computed in parts or for a whole segment.
 
 use super::chain::Chain;
 use super::linear::Moved;
@@ -39,7 +39,7 @@ impl Moving {
             && self.gate.stays_open(command, &self.drive)
     }
 
-    /// A whole segment, where [`Self::can_step_exactly`]; `once`: no other one lasts as long.
+    /// Advances by a whole segment, if [`Self::can_step_exactly`]. `once`: no other segment has this duration.
     pub(super) fn exact_step(&mut self, command: f64, duration_s: f64, once: bool) -> Moved {
         let moved = self.drive.exact_step(command, duration_s, once);
         self.gate.opened(moved, command);

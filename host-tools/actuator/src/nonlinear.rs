@@ -21,7 +21,7 @@ impl Limiter {
         }
     }
 
-    /// Follows a velocity as far as the limits let it.
+    /// Follows a velocity within the limits.
     pub(super) fn follow(&mut self, moved: Moved, duration_s: f64) -> Moved {
         if !self.limits.any() {
             return moved;
@@ -41,9 +41,8 @@ impl Limiter {
         self.with_jerk(limited, duration_s)
     }
 
-    /// Approaches a velocity in the shortest time that the jerk allows, without overshoot: along
-    /// the braking curve `a = √(2 j |missing|)`, on which whole parts of largest change end at rest
-    /// (`n (n + 1)/2 j h² = |missing|`).
+    /// Approaches a velocity in the shortest time that the jerk allows, without overshoot. It follows the braking curve
+    /// `a = √(2 j |missing|)`, on which whole parts with the largest change end at rest (`n (n + 1)/2 j h² = |missing|`).
     fn with_jerk(&mut self, moved: Moved, duration_s: f64) -> Moved {
         let jerk = self.limits.jerk;
         if jerk.is_infinite() {
@@ -69,7 +68,7 @@ impl Limiter {
 
     /// Whether a velocity that goes from `from` to `to` along a lag of `lag_s` passes unchanged.
     fn passes(&self, from: f64, to: f64, lag_s: f64) -> bool {
-        /// Share of the velocity by which sums of parts differ from their end.
+        /// Relative difference that is round-off: sums of parts differ from their end by it.
         const ROUNDING: f64 = 1e-12;
         let Limits {
             velocity,
@@ -84,7 +83,7 @@ impl Limiter {
             && from.abs().max(to.abs()) <= velocity
     }
 
-    /// Rest: an axis that restarts.
+    /// Sets the state to rest, for an axis that restarts.
     fn reset(&mut self) {
         self.value = 0.0;
         self.smooth = (0.0, 0.0);
@@ -180,8 +179,7 @@ impl Drive {
                 .is_some_and(|(from, lag_s)| self.limits.passes(from, command, lag_s))
     }
 
-    /// A whole segment with a constant command, where [`Self::is_free`]; `once`: no other one lasts
-    /// as long.
+    /// Advances by a whole segment with a constant command, if [`Self::is_free`]. `once`: no other segment has this duration.
     pub(super) fn exact_step(&mut self, command: f64, duration_s: f64, once: bool) -> Moved {
         let moved = self.linear.advance(command, duration_s, once);
         self.limits.value = moved.end;
@@ -206,12 +204,12 @@ impl Drive {
     }
 }
 
-/// Standstill after a zero crossing; the crossing is found between two instants.
+/// Standstill after a zero crossing. The instant of the crossing is interpolated within a part.
 pub(super) struct PauseGate {
     pause_s: f64,
     trigger: PauseTrigger,
     kind: PauseKind,
-    /// Sign of the last motion, or of the last command.
+    /// Sign of the last motion, or of the last command, other than zero.
     direction: f64,
     last: f64,
     remaining_s: f64,
@@ -234,7 +232,7 @@ impl PauseGate {
         self.pause_s > 0.0 && self.kind == PauseKind::HoldsCommand
     }
 
-    /// Follows a command that is zero during the pause, which may begin and end inside of the part.
+    /// Follows a command that is zero during the pause. The pause may begin and end within the part.
     pub(super) fn follow_held(
         &mut self,
         command: f64,
@@ -285,7 +283,7 @@ impl PauseGate {
         moved
     }
 
-    /// Lets a velocity through, or zero; `command` is what acts on the axis.
+    /// Passes a velocity, or zero during the pause. `command`: the velocity that arrives at the drive.
     pub(super) fn pass(
         &mut self,
         moved: Moved,
@@ -327,8 +325,8 @@ impl PauseGate {
         }
     }
 
-    /// Whether no pause begins or goes on while a command is constant: neither the command nor
-    /// any of the lags behind it has another sign than the motion.
+    /// Whether a constant command neither begins nor continues a pause: neither the command nor any state of the lags has the
+    /// opposite sign of the motion.
     pub(super) fn stays_open(&self, command: f64, drive: &Drive) -> bool {
         let goes_on = |velocity: f64| velocity == 0.0 || self.direction * velocity > 0.0;
         self.pause_s <= 0.0
@@ -337,7 +335,7 @@ impl PauseGate {
                 && drive.linear.lags().is_some_and(|mut l| l.all(goes_on)))
     }
 
-    /// Takes note of a motion that no pause has interrupted.
+    /// Records the end of a motion without a pause.
     pub(super) fn opened(&mut self, moved: Moved, command: f64) {
         self.last = match self.trigger {
             PauseTrigger::Output => moved.end,
@@ -356,7 +354,7 @@ impl PauseGate {
     }
 }
 
-/// Pieces of a part, one after the other.
+/// Joins pieces of a part in time.
 fn joined(pieces: [(Option<Moved>, f64); 2], duration_s: f64) -> Moved {
     let there = pieces
         .into_iter()
@@ -386,7 +384,7 @@ impl Backlash {
         }
     }
 
-    /// Whether there is any.
+    /// Whether there is lost motion.
     pub(super) fn acts(&self) -> bool {
         self.width > 0.0
     }
@@ -406,7 +404,7 @@ impl Backlash {
     }
 }
 
-/// Velocities that a planner with limits makes of what was sent, cycle by cycle.
+/// Velocities of a planner with limits for the sent velocities, one per cycle.
 pub(super) fn planned(limits: &Limits, sent: &[f64], cycle_s: f64) -> Vec<f64> {
     let mut limiter = Limiter::new(limits);
     sent.iter()

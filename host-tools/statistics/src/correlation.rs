@@ -6,7 +6,7 @@ use rustfft::num_complex::Complex;
 
 /// Lags of the whiteness test.
 const TESTED_LAGS: usize = 25;
-/// Fewer pairs of values than this are not tested.
+/// Series with fewer known values than this are not tested.
 const LEAST_PAIRS: usize = 50;
 /// A sum of autocorrelations is cut where the lag exceeds so many times the sum (Sokal 1997).
 const SOKAL_WINDOW: f64 = 5.0;
@@ -34,8 +34,8 @@ fn product_sum(series: &[f64], lag: usize) -> f64 {
     products.filter(|p| p.is_finite()).sum()
 }
 
-/// [`product_sum`] at all lags, by way of the spectrum: an error that lasts takes thousands of lags. Missing values count as zero, and as
-/// many zeros behind the end as there are values keep it from the beginning.
+/// [`product_sum`] at all lags at once, by FFT: an error that lasts needs thousands of lags. Missing values count as zero. The
+/// series is padded with at least as many zeros as it has values, so that its end does not wrap around to its beginning.
 fn product_sums(series: &[f64]) -> Vec<f64> {
     let count = series.len();
     let known = series.iter().map(|v| if v.is_finite() { *v } else { 0.0 });
@@ -51,8 +51,8 @@ fn product_sums(series: &[f64]) -> Vec<f64> {
     buffer[..count].iter().map(|c| c.re / size).collect()
 }
 
-/// Number of successive values that count as one, at least 1: `1 + 2 Σ ρ(k)`, summed as far as it
-/// is determined.
+/// Number of successive values that count as one, at least 1: `1 + 2 Σ ρ(k)`. The sum is cut by [`SOKAL_WINDOW`], or after a
+/// quarter of the series.
 pub fn correlated_cycles(series: &[f64]) -> f64 {
     if product_sum(series, 0) <= 0.0 {
         return 1.0;
@@ -80,9 +80,8 @@ pub struct Whiteness {
     pub band: f64,
 }
 
-/// Box and Pierce's test (1970) of a series against noise that is correlated over no more than
-/// `correlated_lags` lags, as differences and a sensor's filter make it; the 25 lags after these are
-/// tested.
+/// Test of Box and Pierce (1970) against noise that is correlated over no more than `correlated_lags` lags, as differences and a
+/// sensor's filter make it. The 25 lags after these are tested.
 ///
 /// For such noise the autocorrelations beyond have the covariance `Σ ρ(i) ρ(i + k − l) / N`
 /// (Bartlett 1946), with ρ up to `correlated_lags` as found; their sum of squares is close to a chi-square
@@ -129,7 +128,7 @@ mod tests {
     use super::super::noise_floor::tests::normal;
     use super::*;
 
-    /// Share of 200 series that fall below 1 %.
+    /// How many of 200 series are rejected at 1 %.
     fn rejected(series: impl Fn(u64) -> Vec<f64>) -> usize {
         let rejects = |seed: &u64| whiteness(&series(*seed), 2).unwrap().p < 0.01;
         (0..200_u64).filter(rejects).count()

@@ -5,7 +5,7 @@ use super::significance::normal_p;
 
 /// Longest lag of the input, values.
 const LAGS: usize = 25;
-/// Values over which the correlation of what remains is taken into account.
+/// Lags over which the autocorrelation of the remainder is taken into account.
 const MEMORY: usize = 150;
 /// Fewer pairs than this are not tested.
 const LEAST_PAIRS: usize = 50;
@@ -17,15 +17,15 @@ pub struct Dependence {
     pub statistic: f64,
     /// That lag: the series follows the input by so many values.
     pub lag: usize,
-    /// Probability of at least that for a series that is independent, all lags considered.
+    /// Probability of at least this statistic for an independent series, with all lags considered.
     pub p: f64,
 }
 
-/// Cross-correlation of a series with the past of an input, at its largest lag of 0 to 25.
+/// Tests a series against the past of an input, at the lag of 0 to 25 with the largest correlation.
 ///
-/// The standard error is that of a regression whose remainder is correlated (Newey and West
-/// 1987): a slow error that has nothing to do with a slow input does not become significant by
-/// the number of values alone. None where there is too little, or the input does not change.
+/// The standard error is that of a regression with a correlated remainder (Newey and West 1987): a slow error that has nothing to
+/// do with a slow input does not become significant merely by the number of values. None if there are too few values, or the
+/// input does not change.
 pub fn dependence(series: &[f64], input: &[f64]) -> Option<Dependence> {
     let input = about_mean(input)?;
     let by_correlation = |lag: &usize| regression(series, &input, *lag).map_or(0.0, |r| r.strength);
@@ -56,7 +56,7 @@ fn about_mean(input: &[f64]) -> Option<Vec<f64>> {
     changes.then_some(centred)
 }
 
-/// Values with the input `lag` earlier; NaN where one is missing.
+/// Pairs of a value and the input `lag` values earlier.
 fn pairs<'a>(
     series: &'a [f64],
     input: &'a [f64],
@@ -90,8 +90,8 @@ fn regression(series: &[f64], input: &[f64], lag: usize) -> Option<Regression> {
     })
 }
 
-/// `√(Σ w(k) γ(k) R(k)) / R(0)`, with the covariance γ of what remains, the input's sum of
-/// products R, and weights w that fall to zero linearly.
+/// `√(Σ w(k) γ(k) R(k)) / R(0)` with the autocovariance γ of the remainder, the sums of products R of the input at lag k, and
+/// weights w that fall linearly to zero.
 fn standard_error(remainder: &[f64], input: &[f64], squares: f64) -> f64 {
     let count = remainder.iter().filter(|v| v.is_finite()).count();
     let known = remainder.iter().filter(|v| v.is_finite());
@@ -103,8 +103,7 @@ fn standard_error(remainder: &[f64], input: &[f64], squares: f64) -> f64 {
         let weight = 1.0 - k as f64 / (memory + 1) as f64;
         2.0 * weight * of_remainder[k] * of_input[k]
     });
-    // A remainder that alternates would make the estimate better than that of white noise: it is
-    // not relied on.
+    // The estimate is never better than with a white remainder, even if the remainder alternates.
     let inflation = (1.0 + weighted.sum::<f64>()).max(1.0);
     (variance * inflation / squares).sqrt()
 }

@@ -1,6 +1,6 @@
 //! Digits to which numbers were rounded.
 
-/// Largest power of ten of which all values are multiples.
+/// Largest power of ten, from 1000 to 1e-9, of which all values are multiples; 1e-10 if there is none.
 pub fn digit_of(values: &[f64]) -> f64 {
     let is_multiple = |value: f64, digit: f64| {
         let cells = (value / digit).round();

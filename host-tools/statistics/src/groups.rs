@@ -1,19 +1,19 @@
-//! Grouping by a quantity, and how much of a series the grouping explains.
+//! Groups of values by a quantity, and how much of a series such a grouping explains (analysis of variance).
 
 use super::correlation::correlated_cycles;
 use super::significance::f_p;
 
 /// A group holds at least so many values.
 const LEAST_IN_GROUP: usize = 15;
-/// Groups of equal size that a quantity is cut into, before the edges below are added.
+/// Number of groups with equally many values that are formed first; the edges below are added to these.
 const QUANTILES: usize = 8;
-/// Edges beside zero as parts of the largest value: a regime at low speed is a narrow one.
+/// Edges on both sides of zero, relative to the largest absolute value: a regime of low speed is narrow.
 const BESIDE_ZERO: [f64; 5] = [0.002, 1.0 / 16.0, 1.0 / 8.0, 0.25, 0.5];
 
 /// Values of a quantity, sorted into groups.
 #[derive(Clone, Debug)]
 pub struct Groups {
-    /// Ends of the groups, one more than there are groups, rising.
+    /// Edges of the groups in rising order, one more than there are groups.
     pub edges: Vec<f64>,
     /// Mean of the quantity in each group.
     centres: Vec<f64>,
@@ -21,12 +21,13 @@ pub struct Groups {
     values: Vec<f64>,
     /// Group of each value; small, because there is one for each cycle and quantity.
     of: Vec<Option<u16>>,
-    /// Values that count although they are in no group are compared as a group of their own.
+    /// Values that are in no group form one more group.
     others: bool,
 }
 
 impl Groups {
-    /// Groups along a quantity: equal in number, and finer about a zero inside its range.
+    /// Groups along a quantity: with equally many values, and finer about a zero inside of the range, otherwise also of equal
+    /// width.
     ///
     /// None for a quantity that does not fill two groups.
     pub fn along(values: Vec<f64>) -> Option<Self> {
@@ -54,7 +55,7 @@ impl Groups {
         Self::between(values, &sorted, edges)
     }
 
-    /// The same, with what is in no group as one more group.
+    /// The same, with one more group of all values that are in none.
     #[must_use]
     pub fn with_others(self) -> Self {
         Self {
@@ -63,7 +64,7 @@ impl Groups {
         }
     }
 
-    /// Groups between these inner edges; small ones are joined.
+    /// Groups between inner edges. Small groups are merged.
     fn between(values: Vec<f64>, sorted: &[f64], mut inner: Vec<f64>) -> Option<Self> {
         let (low, high) = (*sorted.first()?, *sorted.last()?);
         inner.sort_by(f64::total_cmp);
@@ -132,8 +133,8 @@ impl Groups {
             .collect()
     }
 
-    /// How a series depends on the quantity: by the means of the groups, as steps, or as lines
-    /// from one to the next, whichever leaves less.
+    /// Dependence of a series on the quantity: by steps (the means of the groups) or by straight lines from one mean to the next,
+    /// whichever leaves less.
     pub fn fit(&self, series: &[f64]) -> Fit {
         let means = self.means(series);
         let steps = self.remainder(series, &means, |_, _, mean| mean);
@@ -165,7 +166,7 @@ impl Groups {
         }
     }
 
-    /// A straight line through all values; None if some are in no group.
+    /// Straight line through all values; None if there are too few, or values outside of all groups are compared as well.
     fn straight(&self, series: &[f64]) -> Option<Straight> {
         let pairs = || {
             let both = series.iter().zip(&self.values);
@@ -191,7 +192,7 @@ impl Groups {
         })
     }
 
-    /// What is left of a series after `fitted(index, group, mean of the group)`.
+    /// Residual of a series after `fitted(index, group, mean of the group)`; NaN for values that are in no group.
     fn remainder(
         &self,
         series: &[f64],
@@ -209,7 +210,7 @@ impl Groups {
             .collect()
     }
 
-    /// Value on the line between the centres about value n, which is in `group`.
+    /// Value at index n, which is in `group`, on the straight line between the centres on either side of it.
     fn line(&self, means: &[(f64, usize)], n: usize, group: usize) -> Option<f64> {
         let (value, centre) = (*self.values.get(n)?, *self.centres.get(group)?);
         let last = self.len() - 1;
@@ -236,17 +237,17 @@ fn sorted(values: &[f64]) -> Vec<f64> {
 /// Sums of squares of an analysis of variance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
-    /// Mean of all values.
+    /// Mean of all values of the series.
     pub mean: f64,
-    /// Sum of squares about it.
+    /// Sum of squares about the mean.
     about_mean: f64,
     /// Sum of squares about the fit.
     within: f64,
     /// Groups with values.
     groups: usize,
-    /// Values.
+    /// Number of values.
     count: usize,
-    /// What the fit leaves of each value.
+    /// Residual of each value.
     remainder: Vec<f64>,
     straight: Option<Straight>,
 }
@@ -256,13 +257,12 @@ pub struct Fit {
 struct Straight {
     /// Sum of squares that its slope explains.
     explained: f64,
-    /// What it leaves of each value.
+    /// Residual of each value.
     remainder: Vec<f64>,
 }
 
 impl Fit {
-    /// Sum of squares that the fit explains beyond the mean, and beyond what so many groups make
-    /// of noise.
+    /// Sum of squares that the fit explains beyond the mean, without the part that so many groups explain of noise.
     pub fn explained(&self) -> f64 {
         let by_chance = self.groups.saturating_sub(1) as f64 * self.left();
         (self.about_mean - self.within - by_chance).max(0.0)
@@ -278,11 +278,11 @@ impl Fit {
         self.within / self.count.saturating_sub(self.groups).max(1) as f64
     }
 
-    /// Probability of a fit that is as good by chance, for a series whose remainder is
-    /// correlated: so many of its values as are correlated count as one.
+    /// Probability that chance gives a fit as good. The remainder may be correlated: as many values as are correlated count as
+    /// one.
     ///
-    /// Few independent values allow no fit of many groups, but they do allow one of a straight
-    /// line: the better of the two counts, and twice its probability, because there are two.
+    /// Few independent values do not support many groups, but may support a straight line. The better of both counts, with twice
+    /// its probability, because there are two.
     pub fn p(&self) -> f64 {
         let groups = self.groups.saturating_sub(1);
         let of_groups = p_of(self.about_mean - self.within, groups, &self.remainder);
@@ -292,7 +292,7 @@ impl Fit {
     }
 }
 
-/// F test of a fit with so many parameters beside the mean.
+/// p-value of an F test of a fit with `parameters` parameters beside the mean.
 fn p_of(explained: f64, parameters: usize, remainder: &[f64]) -> f64 {
     let known = remainder.iter().filter(|v| v.is_finite());
     let (squares, count) = known.fold((0.0, 0), |(sum, n), v| (sum + v * v, n + 1));

@@ -1,8 +1,7 @@
-//! What a series of numbers says about itself: noise floor, correlation, spectrum, what is left of it
-//! below a frequency, and whether another quantity explains it.
+//! Properties of a series of numbers: noise floor, correlation, spectrum, the part below a frequency, and dependence on another
+//! quantity.
 //!
-//! A value that is missing is NaN; it is left out, and neighbours across it stay neighbours of
-//! nobody.
+//! A missing value is NaN. It is left out, and the values on its two sides do not count as neighbours.
 
 mod correlation;
 mod dependence;

@@ -1,13 +1,13 @@
 //! Zero-phase low-pass: a Butterworth filter run forwards and backwards over a whole signal.
 //!
-//! Whatever is fitted between two signals is unchanged by it, as long as both see the same filter:
-//! that is why it acts on all that was measured of an import or on nothing, and on what follows from what was sent. Forwards and backwards, the
+//! A fit of one signal to another is not changed by it, as long as both go through the same filter. That is why an import filters
+//! either all measured signals or none, and why predictions from sent velocities are filtered, too. Forwards and backwards, the
 //! amplitude at the cutoff is one half.
 
 use std::f64::consts::PI;
 
-/// Periods of the cutoff by which a signal is extended at each end, so that the filter has
-/// settled when the signal begins: to exp(−2π·8·0.38) = 5e-9 for order 4.
+/// Length of the extension at each end, in periods of the cutoff. The filter has settled when the signal begins: to
+/// exp(−2π·8·0.38) = 5e-9 for order 4.
 const SETTLING_PERIODS: f64 = 8.0;
 
 /// A second-order section with unit gain at rest, in transposed direct form II.
@@ -58,8 +58,8 @@ impl LowPass {
         }
     }
 
-    /// Filters a signal without shifting it. Its ends are continued by their own mirror image
-    /// through the end point, which keeps value and slope.
+    /// Filters a signal without shifting it. Each end is continued by the signal's point reflection in its end point, which keeps
+    /// value and slope.
     pub fn zero_phase(&self, signal: &[f64]) -> Vec<f64> {
         let (Some(first), Some(last)) = (signal.first(), signal.last()) else {
             return Vec::new();
@@ -78,7 +78,7 @@ impl LowPass {
         values[padding..padding + signal.len()].to_vec()
     }
 
-    /// Runs the filter over the values; it starts as if the first had been there for ever.
+    /// Runs the filter over the values, beginning in the steady state of the first value.
     fn run(&self, values: &mut [f64]) {
         let start = values.first().copied().unwrap_or(0.0);
         for pair in self.sections.chunks(2) {
@@ -91,7 +91,8 @@ impl LowPass {
     }
 }
 
-/// Runs sections over the values, one behind the other in each step: while the second works on a value, the first is at the next.
+/// Runs sections over the values, value by value. The processor overlaps the second section's work on a value with the first
+/// section's work on the next.
 fn chained<const N: usize>(values: &mut [f64], start: f64, sections: [Section; N]) {
     // At rest the output is the input, which fixes the state.
     let mut states = sections.map(|Section { b, a }| [(1.0 - b[0]) * start, (b[2] - a[1]) * start]);

@@ -3,14 +3,14 @@
 use super::spectrum::periodogram;
 use std::f64::consts::PI;
 
-/// Makes the median absolute deviation of a normal variable its standard deviation.
+/// Median absolute deviation of a normal variable with standard deviation 1.
 const MAD_OF_NORMAL: f64 = 0.674_489_750_196_082;
 /// Fewer differences than this say nothing.
 const LEAST: usize = 8;
-/// Orders of the differences: a motion that is fast against the sampling still shows in low ones.
+/// Orders of the differences: a motion that is fast relative to the sampling rate still shows in those of low order.
 const ORDERS: [i32; 4] = [3, 5, 7, 9];
 
-/// Frequencies of a sum that stands for an integral.
+/// Number of frequencies in a sum that approximates an integral.
 const BINS: usize = 1000;
 
 /// Kind of noise that lies on a series.
@@ -32,13 +32,13 @@ pub struct LowPassed {
 }
 
 impl LowPassed {
-    /// Power that it lets through, as a function of the frequency as a share of the sampling rate.
+    /// Power gain, as a function of the frequency relative to the sampling rate.
     fn power(self) -> impl Fn(f64) -> f64 {
         let (cutoff, order) = ((PI * self.cutoff).tan(), self.order as i32);
         move |frequency| (1.0 + ((PI * frequency).tan() / cutoff).powi(2 * order)).powi(-2)
     }
 
-    /// Correlations of two samples of the noise behind it that are 0, 1, .. `lags` - 1 samples apart.
+    /// Autocorrelation of white noise behind the filter at lags 0, 1, .. `lags` - 1.
     pub fn correlations(&self, lags: usize) -> Vec<f64> {
         let power = self.power();
         let mut together = vec![0.0; lags];
@@ -53,13 +53,13 @@ impl LowPassed {
     }
 }
 
-/// Of a sum over the band of a series.
+/// Frequencies of a sum over the band of a series, relative to the sampling rate.
 fn frequencies() -> impl Iterator<Item = f64> {
     (0..BINS).map(|k| (k as f64 + 0.5) / (2 * BINS) as f64)
 }
 
 impl Noise {
-    /// Power at a frequency as a share of the sampling rate.
+    /// Power density at a frequency relative to the sampling rate; 1 for white noise of variance 1.
     fn density(self) -> impl Fn(f64) -> f64 {
         move |frequency| match self {
             Self::White => 1.0,
@@ -67,8 +67,8 @@ impl Noise {
         }
     }
 
-    /// Variance of a difference of noise with variance 1. Without a filter that of the third is the sum
-    /// of squares of the binomials 1 3 3 1, and of 1 4 6 4 1 halved.
+    /// Variance of the difference of this order of noise with variance 1. For white noise without a filter, that of the third
+    /// difference is the sum of squares of the binomials 1 3 3 1; for differenced noise it is that of 1 4 6 4 1, halved.
     fn of_difference(self, order: i32, filter: Option<LowPassed>) -> f64 {
         let (mut of_difference, mut of_noise) = (0.0, 0.0);
         let (passed, density) = (filter.map(LowPassed::power), self.density());
@@ -83,13 +83,13 @@ impl Noise {
     }
 }
 
-/// Standard deviation of the noise on a smooth series; None if it is too short to say. `filter`: what
-/// the series went through, with its noise.
+/// Standard deviation of the noise on a smooth series; None if it is too short. `filter`: the low-pass that the series went
+/// through with its noise.
 ///
-/// The median of absolute differences does not see what is smooth, nor a few jumps: an error of a model
-/// does not raise it. Of a swing with a ninth of the sampling rate the third difference keeps a third, the
-/// ninth a thousandth of what it makes of noise: the smallest of all is taken. Behind a filter there is no
-/// noise where the high ones look, and the quietest part of its band is taken in their place.
+/// The median of absolute differences ignores whatever is smooth, and a few jumps: an error of a model does not raise it. Of an
+/// oscillation at a ninth of the sampling rate the third difference keeps a third, the ninth difference a thousandth of what it
+/// makes of noise: the smallest estimate of all orders is taken. Behind a filter there is no noise at the frequencies that high
+/// orders see, and the quietest part of the band is taken in their place.
 pub fn noise_floor(values: &[f64], noise: Noise, filter: Option<LowPassed>) -> Option<f64> {
     let orders = if filter.is_some() {
         &ORDERS[..1]
@@ -113,10 +113,9 @@ pub fn noise_floor(values: &[f64], noise: Noise, filter: Option<LowPassed>) -> O
     floors.chain(quiet).reduce(f64::min)
 }
 
-/// The noise behind a filter, out of the quietest tenth of the lines that it lets through. None where
-/// there are too few.
+/// Noise behind a filter, from the quietest tenth of the spectral lines that the filter passes. None if there are too few.
 fn quietest_of_band(values: &[f64], noise: Noise, filter: &LowPassed) -> Option<f64> {
-    /// Power that a line keeps, at least.
+    /// Least power gain of a line that is passed.
     const KEPT: f64 = 0.5;
     let passed = filter.power();
     let density = noise.density();
@@ -125,11 +124,11 @@ fn quietest_of_band(values: &[f64], noise: Noise, filter: &LowPassed) -> Option<
     Some((quiet * mean(behind)).sqrt())
 }
 
-/// Standard deviation of the noise that a filter leaves of white noise on `values`, which have not gone through it yet. None where
-/// the band above the filter's is too narrow to say.
+/// Standard deviation of the noise that a filter will leave of white noise on `values`, which have not been filtered yet. None if
+/// the band above the filter's is too narrow for an estimate.
 ///
-/// In its own band there may be nothing but motion: the quietest tenth of the lines above it, up to four times the cutoff, tells
-/// how much noise there is.
+/// The filter's own band may contain nothing but motion. The level of the noise is that of the quietest tenth of the lines above
+/// it, up to four times the cutoff.
 pub fn noise_let_through(values: &[f64], filter: LowPassed) -> Option<f64> {
     // Who sets a cutoff cuts where the motion ends, more or less.
     let above = (1.5 * filter.cutoff)..(4.0 * filter.cutoff).min(0.5);
@@ -137,16 +136,17 @@ pub fn noise_let_through(values: &[f64], filter: LowPassed) -> Option<f64> {
     Some((quiet * mean(filter.power())).sqrt())
 }
 
-/// Density at frequency 0..0.5 that the quietest tenth of the chosen lines shows, in units of `density`. None where they are too few.
+/// Power density of the quietest tenth of the chosen lines, in units of `density`. Frequencies are 0 to 0.5. None if there are
+/// too few lines.
 fn quietest(
     values: &[f64],
     density: impl Fn(f64) -> f64,
     chosen: impl Fn(f64) -> bool,
 ) -> Option<f64> {
-    /// Lines below this number belong to the window.
+    /// Lines below this number contain leakage of the window.
     const FIRST: usize = 4;
     let count = values.len() as f64;
-    // Hann's window keeps the lines of a swing to themselves; 3/8 is the mean of its square.
+    // Hann's window confines an oscillation to few lines; 3/8 is the mean of its square.
     let window = |n: usize| (PI * n as f64 / count).sin().powi(2) / 0.375_f64.sqrt();
     let windowed: Vec<f64> = values
         .iter()
@@ -174,7 +174,7 @@ fn mean(density: impl Fn(f64) -> f64) -> f64 {
     frequencies().map(density).sum::<f64>() / BINS as f64
 }
 
-/// Median, the upper one of two; the order of the values is lost. None of nothing.
+/// Median, of two the upper one; None of an empty slice. The values are reordered.
 pub fn median(values: &mut [f64]) -> Option<f64> {
     let middle = values.len() / 2;
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
@@ -191,7 +191,7 @@ pub(crate) mod tests {
         (0..count).map(|_| random.normal()).collect()
     }
 
-    /// What a low-pass leaves of noise is found as well as noise that no filter has seen.
+    /// The floor behind a filter is that of the filtered noise.
     #[test]
     fn noise_behind_a_filter_is_of_its_own_size() {
         let noise = normal(4000, 3);
@@ -261,11 +261,11 @@ pub(crate) mod tests {
         let quiet = filtered(&noise);
         let rms = (quiet.iter().map(|v| v * v).sum::<f64>() / 4096.0).sqrt();
         let floor = noise_floor(&filtered(&swinging), Noise::White, Some(filter)).unwrap();
-        // Of a band that is filled to two thirds the quietest tenth is the quietest third of the noise.
+        // The band is filled to two thirds: its quietest tenth is the quietest third of the lines of noise.
         assert!((0.8..2.0).contains(&(floor / rms)), "{floor} {rms}");
     }
 
-    /// The swing fills the whole band of the filter, and what the filter leaves looks like noise of ten times the size.
+    /// Motion fills the whole band of the filter. Behind the filter it looks like noise of ten times the size.
     #[test]
     fn above_the_band_the_noise_is_seen_before_it_is_filtered() {
         let low_pass = crate::LowPass::new(4, 0.06);

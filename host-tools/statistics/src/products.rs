@@ -1,6 +1,7 @@
-//! Products of long series, of which a search calculates millions, and their sizes.
+//! Inner products of long series, of which a search computes millions, and root mean squares.
 
-/// Sum of the products of two series as far as both go. Eight sums, which the processor adds side by side.
+/// Sum of the products of two series, over the length of the shorter one. It is kept as eight sums, which the processor adds in
+/// parallel.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (a_parts, b_parts) = (a.chunks_exact(8), b.chunks_exact(8));

@@ -24,8 +24,8 @@ impl RandomStream {
         Self::at(seed, stream, 0)
     }
 
-    /// Likewise, from a place in the stream on; a place is 512 bits long, and what is further apart than
-    /// what is drawn is independent too.
+    /// The same, beginning at a place in the stream. Places are 512 bits apart: what is drawn from two of them is independent as
+    /// long as it does not reach from one to the other.
     pub fn at(seed: u64, stream: u64, place: u64) -> Self {
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
         generator.set_stream(stream);

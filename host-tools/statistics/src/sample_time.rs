@@ -1,9 +1,10 @@
-//! The time from row to row, of stamps that may be rounded.
+//! The sample time of rows whose time stamps may be rounded.
 
 use crate::median;
 
-/// Median step of rising times; where the mean of the steps that are about as long is another one, that mean: stamps in
-/// milliseconds of a row each 8.85 ms have steps of 9 ms mostly, and a velocity by 9 ms is 1.7 % too small. None without a step.
+/// Median step of rising times. If the mean of the steps about as long as the median differs from it, the mean is taken: stamps
+/// in milliseconds of rows every 8.85 ms have steps of mostly 9 ms, and a velocity computed with 9 ms is 1.7 % too small. None
+/// without a step.
 ///
 /// ```
 /// use softdock_statistics::sample_time;
@@ -13,9 +14,9 @@ use crate::median;
 /// assert_eq!(sample_time([3.0].into_iter()), None);
 /// ```
 pub fn sample_time(times: impl Iterator<Item = f64>) -> Option<f64> {
-    /// Longer steps, by the median, are gaps, and shorter ones errors.
+    /// Range of steps, relative to the median: longer ones are gaps, shorter ones errors.
     const ALIKE: std::ops::Range<f64> = 0.5..1.5;
-    /// Part by which a mean differs from a median that is not rounded.
+    /// Relative difference of mean and median from which on time stamps are taken to be rounded.
     const DIGITS: f64 = 1e-3;
     let times: Vec<f64> = times.collect();
     let steps = times.windows(2).map(|pair| pair[1] - pair[0]);

@@ -1,11 +1,11 @@
-//! Probabilities of a statistic at least as large by chance.
+//! p-values: probabilities of a statistic at least as large by chance.
 
 use statrs::function::{beta, erf, gamma};
 
-/// Standard deviations of a normal variable to either side that hold 95 % of it.
+/// Standard deviations on either side of the mean that contain 95 % of a normal variable.
 pub const DEVIATIONS_95: f64 = 1.959_963_984_540_054;
 
-/// Of a chi-square variable with `freedom` degrees of freedom; 1 where it is not defined.
+/// p-value of a chi-square variable with `freedom` degrees of freedom; 1 where it is not defined.
 pub fn chi_square_p(statistic: f64, freedom: f64) -> f64 {
     if statistic.is_infinite() && statistic > 0.0 {
         return 0.0;
@@ -13,7 +13,7 @@ pub fn chi_square_p(statistic: f64, freedom: f64) -> f64 {
     defined(gamma::checked_gamma_ur(0.5 * freedom, 0.5 * statistic).ok())
 }
 
-/// Of an F variable with these degrees of freedom; 1 where it is not defined.
+/// p-value of an F variable with these degrees of freedom; 1 where it is not defined.
 ///
 /// `P(F > f) = I(d₂ / (d₂ + d₁ f); d₂/2, d₁/2)`.
 pub fn f_p(statistic: f64, numerator: f64, denominator: f64) -> f64 {
@@ -24,12 +24,12 @@ pub fn f_p(statistic: f64, numerator: f64, denominator: f64) -> f64 {
     defined(beta::checked_beta_reg(0.5 * denominator, 0.5 * numerator, x).ok())
 }
 
-/// Of a normal variable, to either side.
+/// Two-sided p-value of a standard normal variable.
 pub fn normal_p(z: f64) -> f64 {
     erf::erfc(z.abs() / std::f64::consts::SQRT_2)
 }
 
-/// What cannot be computed is no evidence.
+/// A p-value that cannot be computed is no evidence: 1.
 fn defined(p: Option<f64>) -> f64 {
     p.filter(|p| p.is_finite()).unwrap_or(1.0)
 }

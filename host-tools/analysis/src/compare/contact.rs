@@ -103,8 +103,8 @@ fn noise_n(force: &[(usize, Vector3<f64>)], data_sheet_n: f64) -> f64 {
         .fold(data_sheet_n, f64::max)
 }
 
-/// Standard deviation of white noise, estimated from the median step, which motion and spikes hardly change: `1.4826 median|x(n)
-/// − x(n−1)| / √2`.
+/// Standard deviation of white noise, estimated from the median step, which motion and spikes hardly change:
+/// `1.4826 median|x(n) − x(n−1)| / √2`.
 pub(super) fn noise_of_steps(values: impl Iterator<Item = f64>) -> f64 {
     let values: Vec<f64> = values.collect();
     let steps = values.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
