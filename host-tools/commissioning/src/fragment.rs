@@ -1,5 +1,5 @@
-//! A part of a board's settings, found by measurement: as a file of its own, or written into the
-//! settings that are there, whose comments and order stay.
+//! Settings of a board that were measured: as a file of their own, or written into existing settings, whose comments and order
+//! stay.
 
 use anyhow::{Context, Result};
 use softdock_app::settings::BoardSettings;
@@ -16,7 +16,7 @@ const INTERVAL_DIGITS: usize = 2;
 /// Unchanged lines around a change.
 const CONTEXT_LINES: usize = 2;
 
-/// How the remarks of measurements begin; others are the user's.
+/// Beginnings of remarks that measurements write; other remarks are the user's.
 const OWN_REMARKS: [&str; 8] = [
     "95 %",
     "found; 95 %",
@@ -35,7 +35,7 @@ pub struct Setting {
     pub key: &'static str,
     /// Its value.
     pub value: Value,
-    /// How well it is known.
+    /// How well it is known, as a comment behind the value.
     pub remark: String,
 }
 
@@ -67,7 +67,7 @@ pub fn half_widths(intervals: &[[f64; 2]]) -> String {
     format!("95 %: ± {}", all.join(", "))
 }
 
-/// A number with as many digits as mean something, an exponent where a row of zeros would be.
+/// A number rounded to its significant digits, with an exponent in place of many zeros.
 fn float(value: f64) -> Value {
     let text = format!("{:?}", rounded(value));
     text.parse().unwrap_or_else(|_| Value::from(value))
@@ -151,7 +151,7 @@ impl Fragment {
                 Some(value) => {
                     let mut decor = value.decor().clone();
                     let suffix = decor.suffix().and_then(RawString::as_str);
-                    // An interval of another run is not that of this value; a word of the user stays.
+                    // The interval of another run does not belong to this value; a user's own remark stays.
                     if suffix.is_some_and(is_own) {
                         decor.set_suffix(format!("  # {}", setting.remark));
                     }
@@ -169,7 +169,7 @@ impl Fragment {
     }
 }
 
-/// Whether a remark behind a value is one that a measurement wrote.
+/// Whether the remark behind a value was written by a measurement.
 fn is_own(suffix: &str) -> bool {
     let text = suffix.trim_start().trim_start_matches('#').trim_start();
     OWN_REMARKS.iter().any(|begin| text.starts_with(begin))

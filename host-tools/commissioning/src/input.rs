@@ -1,4 +1,4 @@
-//! What a command of this group reads: a recording of ours, or anything that can be imported.
+//! Input of a command of this group: one of our recordings, or anything that can be imported.
 
 use anyhow::{Result, ensure};
 use softdock_analysis::import::{docking_rig_log, mapping};
@@ -6,7 +6,7 @@ use softdock_io::recording::{Recording, import_csv};
 use softdock_physics::model::Model;
 use std::path::Path;
 
-/// Rows that can tell anything.
+/// Least number of rows that can show anything.
 const FEWEST_ROWS: usize = 3;
 
 /// A recording with what is known about it.

@@ -73,13 +73,13 @@ pub(super) fn both_tilts(groups: &[Group]) -> Result<()> {
     Ok(())
 }
 
-/// One thing to add: what to do in words, and what it would be seen as.
+/// A pose or motion to add: in words, and as the observations that it would give.
 struct Addition {
     words: String,
     group: Group,
 }
 
-/// The pose or motion that would help most; two if one is not enough.
+/// The pose or motion that would lower the condition number most; two or three if one is not enough.
 pub(super) fn best_addition(groups: &[Group], unknowns: &Unknowns, gravity: &Gravity) -> String {
     let mut all = groups.to_vec();
     let mut words: Vec<String> = Vec::new();
@@ -106,7 +106,8 @@ pub(super) fn best_addition(groups: &[Group], unknowns: &Unknowns, gravity: &Gra
     )
 }
 
-/// The condition; without one, by how much is open.
+/// Condition number, smaller is better. While combinations of unknowns are undetermined, a number beyond any condition that grows
+/// with how many they are.
 fn worth(groups: &[Group], unknowns: &Unknowns, gravity: &Gravity) -> f64 {
     /// More than any condition.
     const OPEN: f64 = 1e12;
@@ -191,7 +192,7 @@ pub(super) fn determined_by(
     determined(&groups, &at_rest, gravity)
 }
 
-/// What is open, in words.
+/// The undetermined quantity, in words.
 pub(super) fn open_words(determined: &Determined) -> String {
     determined.weakest.sentence()
 }

@@ -1,4 +1,4 @@
-//! A zero that wanders while the poses are taken: no tool explains it, and no interval knows of it.
+//! A zero that wanders while the poses are taken: no tool explains it, and the intervals do not include it.
 
 use super::equations::Unknowns;
 use super::least_squares::{Drift, Solution, drifts};
@@ -6,7 +6,7 @@ use super::observation::Group;
 use softdock_report::number;
 use softdock_statistics::autocorrelation;
 
-/// What is left of one observation.
+/// Residual of one observation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Residual {
     /// Time, s.
@@ -19,20 +19,22 @@ pub struct Residual {
     pub wrench: [f64; 6],
 }
 
-/// Poses from which on a zero that wanders any way can be told from chance; one that drifts straight can with any that suffice.
+/// Least number of poses with which a zero that wanders in any way is told from chance. A straight drift is told with any number
+/// that suffices for a calibration.
 const FEWEST: usize = 12;
-/// Probability of a straight drift by chance from which on it is told: once in 5,000 calibrations.
+/// p-value of a straight drift below which it is reported: by chance once in 5,000 calibrations.
 const LEVEL: f64 = 1e-4;
-/// Standard deviations by which neighbours have to agree: once in 30,000 axes by chance.
+/// Autocorrelation of neighbouring poses, in its standard deviations, from which on the zero wanders: by chance once in 30,000
+/// axes.
 const AGREE: f64 = 4.0;
-/// Part of the poses over which the wandering zero is averaged.
+/// The wandering zero is averaged over one such part of the poses.
 const WINDOW: usize = 8;
 const NAMES: [&str; 6] = [
     "force x", "force y", "force z", "torque x", "torque y", "torque z",
 ];
 
-/// A sentence for each axis whose zero wanders, or for those that drift; only of poses at rest, whose order is by time and
-/// whose readings have no motion in common.
+/// A sentence for each axis whose zero wanders, or, if none does, for those that drift. It applies to poses at rest only: they
+/// are in order of time, and their readings have no motion in common.
 pub(super) fn notes(
     residuals: &[Residual],
     used: &[&Group],
@@ -61,7 +63,7 @@ pub(super) fn notes(
         .collect()
 }
 
-/// Range of the averaged series, if neighbours agree more than chance makes them.
+/// Range of the averaged series; None unless neighbours are correlated more than by chance.
 fn wanders(series: &[f64]) -> Option<f64> {
     let neighbours = autocorrelation(series, 1).get(1).copied()?;
     if neighbours * (series.len() as f64).sqrt() < AGREE {

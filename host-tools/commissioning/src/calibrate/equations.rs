@@ -1,4 +1,4 @@
-//! What the sensor reads of a rigid load, linear in what is not known.
+//! Readings of a rigid load, linear in the unknowns.
 //!
 //! With q = g − a (gravity less the acceleration of the sensor's origin), ω and α in axes of S, and
 //! the load's mass m, first moment h = m c, inertia J about the sensor's origin, and zero b:

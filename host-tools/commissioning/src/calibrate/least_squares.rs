@@ -1,4 +1,4 @@
-//! Least squares with one noise of the forces and one of the torques, both taken from what is left.
+//! Least squares with one noise of all forces and one of all torques, both estimated from the residuals.
 
 use super::equations::{AT_REST, BIAS, MASS, MOMENT, Unknowns};
 use super::gravity::Gravity;
@@ -12,7 +12,7 @@ use std::borrow::Borrow;
 const STEPS: usize = 8;
 /// Noise to begin with, N and N·m.
 const START_SIGMA: [f64; 2] = [0.3, 0.01];
-/// No noise is smaller: readings without any are possible, N and N·m.
+/// Lower bounds of the noise, N and N·m: readings without noise are possible.
 const LEAST_SIGMA: [f64; 2] = [1e-9, 1e-10];
 /// Singular values below this share of the largest are zero.
 const ZERO: f64 = 1e-10;
@@ -45,7 +45,7 @@ pub(super) struct Weakest {
 }
 
 impl Weakest {
-    /// What cannot be told.
+    /// The undetermined quantity, as the end of a sentence.
     pub(super) fn sentence(&self) -> String {
         let part = |from: usize, count: usize| self.shares.rows(from, count).norm();
         let (mass, moment) = (part(MASS, 1), part(MOMENT, 3));
@@ -154,11 +154,11 @@ fn finished(
     }
 }
 
-/// What a problem determines, before any reading is looked at.
+/// What a set of poses determines, whatever the readings are.
 pub(super) struct Determined {
     /// See [`Solution::condition`].
     pub condition: f64,
-    /// Combinations of unknowns that nothing is known about.
+    /// Number of combinations of unknowns that are undetermined.
     pub open: usize,
     /// See [`Solution::weakest`].
     pub weakest: Weakest,
@@ -199,14 +199,14 @@ impl Solution {
 
 /// A straight drift of the zeros of three forces or of three torques.
 pub(super) struct Drift {
-    /// From the first group to the last, N or N·m.
+    /// Change of the zeros from the first group to the last, N or N·m.
     pub over: [f64; 3],
     /// Probability that chance explains as much.
     pub p: f64,
 }
 
-/// Drifts of forces and torques over the time of the groups, as three more unknowns each beside a solution; None of that of which too
-/// few readings leave nothing to tell, of both without any time.
+/// Linear drifts of the forces and of the torques over the time of the groups: three more unknowns each beside a solution. None
+/// for a part whose readings leave no degrees of freedom, or if the groups cover no time.
 pub(super) fn drifts(
     groups: &[&Group],
     unknowns: &Unknowns,
@@ -228,7 +228,7 @@ pub(super) fn drifts(
         .iter()
         .flat_map(|g| vec![(middle(g) - first) / (last - first); g.observations.len()]);
     let shares: Vec<f64> = shares.collect();
-    // What of a drift of an axis no other unknown takes.
+    // Residual of a drift of one axis by the other unknowns: the part of its column that these cannot explain.
     let mut own = |axis: usize| {
         problem.read.fill(0.0);
         for (n, share) in shares.iter().enumerate() {
@@ -240,7 +240,8 @@ pub(super) fn drifts(
         let columns = DMatrix::from_columns(&[0, 1, 2].map(|axis| own(3 * part + axis)));
         let over = columns.tr_mul(&columns).cholesky()?;
         let over = over.solve(&columns.tr_mul(&left));
-        // A tilt of gravity joins both parts: what the drift explains of the other has another number of readings and unknowns.
+        // A tilt of gravity couples forces and torques. The change of the other part's residual is left out: it has another
+        // number of readings and unknowns.
         let [without, with] = [&left, &(&left - &columns * &over)].map(|left| squares(left, part));
         let freedom = fit.freedom[part] - 3.0;
         let times = (without - with) / 3.0 / (with / freedom);
@@ -279,7 +280,7 @@ struct Solved {
 }
 
 impl Solved {
-    /// Of rows that say nothing about so many unknowns.
+    /// The result if no row contains any of so many unknowns.
     fn nothing(count: usize) -> Self {
         Self {
             values: DVector::zeros(count),
@@ -291,7 +292,7 @@ impl Solved {
     }
 }
 
-/// What the rows leave.
+/// Noise that the rows leave, and its degrees of freedom; each for forces and torques.
 #[derive(Clone, Copy, Default)]
 struct Left {
     sigma: [f64; 2],
@@ -335,7 +336,7 @@ impl Problem {
         }
     }
 
-    /// The rows with columns of one length, because the condition must not depend on units, and the factors of the columns.
+    /// The rows with all columns scaled to one length, as the condition must not depend on units; and the factors of the columns.
     fn scaled(&self) -> (DMatrix<f64>, Vec<f64>) {
         let length = self.rows.column_iter().map(|c| c.norm());
         let scale: Vec<f64> = length
@@ -392,7 +393,7 @@ impl Problem {
         }
     }
 
-    /// Noise of forces and torques that these values leave, with the unknowns counted.
+    /// Noise of forces and torques that these values leave; the unknowns reduce the degrees of freedom.
     fn left(&self, values: &DVector<f64>) -> Left {
         let residual = &self.read - &self.rows * values;
         let of = |part: usize, unknowns: usize| {

@@ -11,12 +11,11 @@ use softdock_app::record::CycleRecord;
 use softdock_control::frames::{Pose, Wrench, abc_from_orientation, orientation_from_abc};
 use softdock_control::settings::SensorSettings;
 
-/// Poses at least: with one more than are needed, one in which somebody leaned on the tool can be
-/// told and left out.
+/// Least number of poses: with one more than needed, a pose in which somebody leaned on the tool can be detected and left out.
 pub const FEWEST_POSES: usize = 6;
 /// Condition that is good enough: a whole plan has less than 5.
 pub const GOOD_CONDITION: f64 = 8.0;
-/// Turn that makes a pose another one than those before, rad.
+/// Rotation from all earlier poses that makes a pose a new one, rad.
 const NEW_POSE_RAD: f64 = 0.1;
 
 /// Watches the robot, and says what to do next.
@@ -24,9 +23,9 @@ pub struct Guide {
     sensor: SensorSettings,
     mounting: Mounting,
     tilt_rad: f64,
-    /// Readings since the robot stands still, until its pose was told; from then on the newest stands at the end.
+    /// Readings of the present standstill. Once its pose has been reported, the newest reading replaces the last one.
     stand: Vec<Reading>,
-    /// Whether the pose of this stand was told.
+    /// Whether the pose of this standstill has been reported.
     told: bool,
     /// Sample of the last reading.
     counter: u32,
@@ -34,14 +33,14 @@ pub struct Guide {
     useless: Option<String>,
     /// Orientations of M that were taken, no two of them alike.
     taken: Vec<UnitQuaternion<f64>>,
-    /// Around the first of them.
+    /// Planned poses around the first of these.
     planned: Vec<PlannedPose>,
     /// Orientation of M in the rest before this stand.
     last: Option<UnitQuaternion<f64>>,
 }
 
 impl Guide {
-    /// For a sensor that stands so on its flange, and a plan that tilts the tool so far.
+    /// A guide for a sensor mounted as its settings say, with a plan that tilts the tool by `tilt_rad`.
     pub fn new(sensor: &SensorSettings, tilt_rad: f64) -> Self {
         Self {
             sensor: sensor.clone(),
@@ -89,7 +88,7 @@ impl Guide {
         });
     }
 
-    /// Takes a reading of the same stand, or begins another one: of what is over, nothing is needed.
+    /// Adds a reading to the present standstill, or drops the readings of one that is over and begins another.
     fn stand_on(&mut self, reading: Reading) {
         let first = self.stand.first();
         if first.is_some_and(|first| !standstill::is_still(first, &reading)) {
@@ -154,7 +153,7 @@ impl Guide {
         self.taken.len()
     }
 
-    /// Pose and force of this instant, for a person who looks on.
+    /// Present pose and force, for a person who watches.
     pub fn now(&self) -> String {
         if let Some(why) = &self.useless {
             return why.clone();
@@ -169,7 +168,7 @@ impl Guide {
         }
     }
 
-    /// Condition of the calibration with the poses so far; None while something is open.
+    /// Condition number of the calibration with the poses so far; None while a quantity is undetermined.
     fn condition(&self) -> Option<f64> {
         let gravity = Gravity::new(self.sensor.gravity_m_s2);
         let determined = determined_by(&self.taken, &self.mounting, &gravity);

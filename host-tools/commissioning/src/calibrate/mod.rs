@@ -53,12 +53,12 @@ use source::{Mounting, Reading};
 /// be half of the answer.
 pub const WORST_CONDITION: f64 = 50.0;
 
-/// Steps of the age of the pose that are tried.
+/// Steps of the search for the age of the pose.
 const AGES: u32 = 10;
 /// How closely the best is found, in these steps.
 const TOLERANCE: f64 = 0.005;
 
-/// What is asked.
+/// What a calibration is to find, and under which assumptions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ask {
     /// Gravity in C, m/s².
@@ -106,7 +106,7 @@ pub fn calibrate(readings: &[Reading], mounting: &Mounting, ask: &Ask) -> Result
     Ok(calibration)
 }
 
-/// What is not known, and what is.
+/// Unknowns and known quantities of a calibration.
 struct Problem<'a> {
     unknowns: Unknowns,
     gravity: Gravity,
@@ -135,7 +135,7 @@ impl Problem<'_> {
         Ok(self.gravity.found_in(groups))
     }
 
-    /// By how much the measured pose is older than the wrench, s: what leaves least noise.
+    /// By how much the measured pose is older than the wrench, s: the age that leaves the least noise.
     fn age_s(&self, stretches: &[Stretch<'_>]) -> Result<f64> {
         let now = motion::groups(stretches, 0.0);
         let gravity = self.start(&now)?;
@@ -149,7 +149,7 @@ impl Problem<'_> {
         Ok(age_s)
     }
 
-    /// Refuses a problem whose answer would be noise.
+    /// Refuses poses for which the answer would be noise.
     fn check_condition(&self, fit: &Solution, groups: &[Group]) -> Result<()> {
         if fit.condition <= WORST_CONDITION {
             return Ok(());

@@ -1,4 +1,4 @@
-//! All readings with the motion in which they were taken: what the inertia of the tool is seen in.
+//! All readings together with the motion in which they were taken, from which the inertia of the tool is found.
 //!
 //! Velocity and acceleration are differences of poses; they and the wrench go through the same
 //! zero-phase low-pass, so that nothing is shifted between them and the noise of the differences
@@ -128,7 +128,7 @@ impl<'a> Stretch<'a> {
         chosen.chunks(GROUP).map(group).collect()
     }
 
-    /// The motion that reading n shows, and the wrench of that instant.
+    /// Motion that reading n shows, and the wrench at the instant of that pose.
     fn observation(&self, n: usize, age_s: f64) -> Observation {
         let back = age_s / self.cycle_s;
         let (whole, part) = (back.floor() as usize, back.fract());

@@ -42,7 +42,7 @@ pub struct Calibration {
     pub residual_rms_n_m: f64,
     /// The same by axis: three forces, three torques.
     pub residual_rms_per_axis: [f64; 6],
-    /// Of the poses of the fit, by axis.
+    /// Root mean square of the residuals of the poses of the fit, by axis.
     pub fit_rms_per_axis: [f64; 6],
     /// Poses that were kept back.
     pub unseen: usize,
@@ -78,7 +78,7 @@ pub struct Intervals {
     pub gravity_rad: Option<[f64; 2]>,
 }
 
-/// A part of the recording that was not used.
+/// A part of the recording that contradicts the others.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LeftOut {
     /// Number of the pose, from 1, if it is one.
@@ -89,7 +89,7 @@ pub struct LeftOut {
     pub to_s: f64,
     /// What is left of its force, root mean square of its length, N.
     pub force_n: f64,
-    /// What is left of its torque, N·m.
+    /// Residual torque, N·m.
     pub torque_n_m: f64,
 }
 
@@ -192,7 +192,7 @@ impl Calibration {
         Ok(())
     }
 
-    /// Refuses what no tool is.
+    /// Refuses an answer that no tool can have.
     pub(super) fn check(&self) -> Result<()> {
         let [low, high] = self.intervals.mass_kg;
         if high < 0.0 {
@@ -214,7 +214,7 @@ impl Calibration {
     }
 }
 
-/// The load that the unknowns mean.
+/// The load that the unknowns describe.
 struct Load {
     mass: f64,
     com: Vector3<f64>,
@@ -239,7 +239,7 @@ impl Load {
         Self { mass, com, inertia }
     }
 
-    /// Mass, centre of mass and inertia in a row.
+    /// Mass, centre of mass and inertia as one list.
     fn in_a_row(&self) -> Vec<f64> {
         let mut all = vec![self.mass, self.com.x, self.com.y, self.com.z];
         if let Some(inertia) = &self.inertia {
@@ -256,7 +256,7 @@ fn rows_of(matrix: &Matrix3<f64>) -> [[f64; 3]; 3] {
 fn intervals(fit: &Solution, unknowns: &Unknowns) -> Intervals {
     let of_force = student(fit.freedom[0]);
     let of_torque = student(fit.freedom[1]);
-    // The fewer degrees of freedom where both have a part.
+    // Where forces and torques both contribute, the smaller number of degrees of freedom counts.
     let of_both = of_force.max(of_torque);
     let values = Load::new(&fit.values, unknowns).in_a_row();
     let spread = spread(fit, unknowns);

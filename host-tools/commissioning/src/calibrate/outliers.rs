@@ -108,7 +108,7 @@ fn white(group: &Group, fit: &Solution, unknowns: &Unknowns) -> DVector<f64> {
     all
 }
 
-/// By how much neighbouring errors within a group agree more than noise does.
+/// Factor by which the mean squared error of a group exceeds the noise: median over the kept groups, at least 1.
 fn excess(kept: &[&Group], fit: &Solution, unknowns: &Unknowns) -> f64 {
     let share = |group: &&Group| {
         let errors = white(group, fit, unknowns);

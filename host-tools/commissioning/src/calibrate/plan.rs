@@ -17,7 +17,7 @@ use std::f64::consts::FRAC_PI_4;
 const DIRECTIONS: u32 = 8;
 /// Nearer to B = ±90° than this (10°), A and C cannot be told apart.
 const SINGULAR_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
-/// Share by which a tilt is made smaller until it keeps away from there.
+/// Factor by which a tilt is reduced until it keeps away from these.
 const LESS: f64 = 0.9;
 /// Smallest tilt that is worth a pose, rad.
 const SMALLEST_RAD: f64 = 0.15;
@@ -31,7 +31,7 @@ pub struct PlannedPose {
     pub down_in_s: [f64; 3],
     /// Condition of the calibration with the poses up to here; None while something is open.
     pub condition: Option<f64>,
-    /// What it adds.
+    /// What it adds to the poses before, in words.
     pub adds: String,
 }
 

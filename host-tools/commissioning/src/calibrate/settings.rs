@@ -16,7 +16,7 @@ impl Calibration {
             Setting::list("gravity_m_s2", &self.gravity_m_s2, self.gravity_words()),
             Setting::number("tool_mass_kg", self.mass_kg, of.mass_kg),
             Setting::list("tool_com_m", &self.com_m, half_widths(&of.com_m)),
-            // The whole torque of the weight is that of the centre of mass: an older one beside it would count twice.
+            // The whole torque of the weight follows from the centre of mass: an older torque beside it would count twice.
             Setting::list("gravity_torque_n_m", &[0.0; 3], "held by tool_com_m"),
         ];
         if let Some(inertia) = &self.inertia_kg_m2 {

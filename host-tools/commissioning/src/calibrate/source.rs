@@ -16,7 +16,7 @@ const BETWEEN_S: f64 = 1.0;
 pub struct Reading {
     /// Time, s.
     pub time_s: f64,
-    /// Follows the reading before it after one cycle; else something lies between the two.
+    /// Whether it follows the reading before it after one cycle, without a gap.
     pub continues: bool,
     /// Pose of M in C.
     pub pose: Pose<f64>,
@@ -72,14 +72,14 @@ pub(super) fn error_bits(sample: &SensorSample, settings: &SensorSettings) -> u3
     sample.status & !settings.ignored_status_bits
 }
 
-/// Whether a sample of a recording is a reading, by the settings of its board; a log of another rig ignores no bit.
+/// Whether a sample of a recording is usable, by the settings of its board; of another rig's log no bit is ignored.
 fn is_healthy(sample: &SensorSample, signals: &Signals<'_>) -> bool {
     let settings = signals.settings.as_ref().map(|settings| &settings.sensor);
     let bits = settings.map_or(sample.status, |settings| error_bits(sample, settings));
     !sample.saturated && bits == 0
 }
 
-/// Says which readings of a recording cannot be used; none if all can.
+/// A sentence on readings of a recording that cannot be used; None if all can.
 ///
 /// # Errors
 ///
@@ -99,7 +99,7 @@ pub fn unusable(recording: &Recording) -> Result<Option<String>> {
     )))
 }
 
-/// The sensor's place on the flange.
+/// Mounting of the sensor on the flange.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Mounting {
     /// Pose of S in M.

@@ -15,9 +15,9 @@ const STILL_RAD: f64 = 1e-3;
 const SETTLING_S: f64 = 0.3;
 /// Time over which a pose is averaged at least, s.
 const DWELL_S: f64 = 0.4;
-/// Readings of a pose at least.
+/// Least number of readings of a pose.
 const FEWEST_READINGS: usize = 5;
-/// Turn that makes another pose of the same place, rad: below it, gravity is the same.
+/// Rotation that makes another pose, rad: with a smaller one gravity is the same, wherever the tool is.
 pub(super) const NEW_POSE_RAD: f64 = 0.02;
 
 /// The groups for poses at rest. With `at_rest`, each reading is a pose of its own.
@@ -66,7 +66,7 @@ pub fn rests(readings: &[Reading]) -> Vec<Range<usize>> {
     merged(readings, long.collect())
 }
 
-/// Why the robot stood still somewhere and that is no pose, in sentences.
+/// For each standstill that is not used as a pose the reason, as a sentence.
 pub(super) fn unused(readings: &[Reading]) -> Vec<String> {
     let used = rests(readings);
     let why = |stand: Range<usize>| {

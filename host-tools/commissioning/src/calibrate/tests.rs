@@ -47,7 +47,7 @@ fn still() -> Motion<f64> {
     }
 }
 
-/// What the sensor reads: all that the board would take away.
+/// Reading of the sensor: whatever the board's compensation would remove.
 fn raw(settings: &SensorSettings, pose: &Pose<f64>, motion: &Motion<f64>) -> Wrench<f64> {
     let compensation = Compensation::<f64>::new(settings);
     let nothing = compensation.compensate(&Wrench::zero(), &pose.rotation, motion);
@@ -86,7 +86,7 @@ fn poses(
     orientations.iter().enumerate().map(reading).collect()
 }
 
-/// Of the ten parameters, how many lie in their intervals.
+/// Which of the ten parameters lie in their intervals.
 fn covered(found: &Calibration, truth: &SensorSettings) -> [bool; 10] {
     let within = |[low, high]: [f64; 2], value: f64| low <= value && value <= high;
     let of = &found.intervals;
@@ -167,7 +167,7 @@ fn intervals_hold_beside_a_gravity_that_is_estimated() {
     intervals_hold(true);
 }
 
-/// The live guide ends with six poses: a sensor that warms up by 1 N meanwhile is told, and none that does not.
+/// The live guide ends with six poses. A sensor that warms up by 1 N meanwhile is reported, and one that does not is not.
 #[test]
 fn a_zero_that_drifts_over_six_poses_is_told() {
     let settings = tool();
@@ -186,8 +186,8 @@ fn a_zero_that_drifts_over_six_poses_is_told() {
     assert_eq!([count(1.0), count(0.0)], [50, 0]);
 }
 
-/// Chance makes a drift as rarely as is said, of 1 % in 4 of 400 sets of six poses with a standard deviation of 2, also where forces
-/// and torques have the direction of gravity in common.
+/// Chance makes a drift as rarely as its p-value says, also where forces and torques share the direction of gravity: in 400 sets
+/// of six poses a p below 1 % occurs in 4, with a standard deviation of 2.
 #[test]
 fn a_drift_by_chance_is_no_likelier_than_is_said() {
     let settings = tool();
@@ -211,7 +211,7 @@ fn a_drift_by_chance_is_no_likelier_than_is_said() {
     assert!(rare.iter().all(|count| *count <= 10), "{rare:?}");
 }
 
-/// Of a dozen poses someone leaned on the tool in three.
+/// In three of twelve poses somebody leaned on the tool.
 #[test]
 fn poses_with_a_hand_on_the_tool_are_left_out_and_named() {
     let settings = tool();

@@ -3,7 +3,7 @@
 //! - `recording` looks at the file and at the firmware that made it,
 //! - `robot` at the robot's link,
 //! - `sensor` at the sensor's samples,
-//! - `settings` at what a board is told,
+//! - `settings` at the settings of a board,
 //! - `live` at a board that answers,
 //! - `self_test` has a new board show what it can do.
 
@@ -33,7 +33,7 @@ pub enum State {
     Bad,
 }
 
-/// One line.
+/// Result of one check.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Check {
     /// What was looked at.

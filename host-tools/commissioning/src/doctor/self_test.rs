@@ -1,9 +1,8 @@
-//! The first power-on of a board: what it can be asked to do without a robot or a sensor.
+//! First power-on of a board: what can be tested without a robot or a sensor.
 //!
-//! It writes the settings that it has once more, tries them behind a reset and keeps them: that takes
-//! flash, the memory that outlives a reset, and the start. Its CAN controller hears itself, a person tells
-//! what the LEDs show, and if that is wanted it hangs, so that its watchdog has to reset it. docs/board.md
-//! has what is still to be looked at.
+//! The board writes its present settings once more, tries them after a reset and keeps them: this needs flash, the memory that
+//! outlives a reset, and the start. Its CAN controller receives its own frames. A person confirms what the LEDs show. On request
+//! it hangs, so that its watchdog has to reset it. docs/board.md lists what remains to be checked by hand.
 
 use super::Check;
 use crate::parameters::{Client, LinkError};
@@ -22,7 +21,7 @@ const CLOCK: f64 = 0.003;
 /// Time for the settings to be confirmed.
 const CONFIRM_WITHIN_S: u16 = 60;
 
-/// Of a board that does not say why it started.
+/// Message for a board that does not say why it started.
 const NO_CHIP: &str =
     "this board is a program on a computer, and has no chip that tells why it started";
 
@@ -33,15 +32,15 @@ const LEDS: [(&str, &str, [bool; 3]); 3] = [
     ("LD3 (red)", "PB14", [false, false, true]),
 ];
 
-/// Who looks on.
+/// A person who watches the board.
 pub trait Onlooker {
     /// Is told each step.
     fn tell(&mut self, step: &str);
-    /// Says whether it is so; none: nobody is there.
+    /// Answers a question; None if nobody is there.
     fn sees(&mut self, question: &str) -> Option<bool>;
 }
 
-/// Runs all of it on the board on a port; `hang`: the hang as well.
+/// Runs all tests on the board on a port. `hang`: also the one of the watchdog.
 pub fn self_test(
     name: &str,
     baud_rate: u32,
@@ -129,7 +128,7 @@ fn reset(client: &mut Client) -> Check {
     }
 }
 
-/// One datagram of the system's own program.
+/// Pings the board once, with the program of the operating system.
 fn ping(client: &mut Client, port: &str) -> Check {
     let name = "ping";
     if port.starts_with("tcp:") {
@@ -159,7 +158,7 @@ fn ping(client: &mut Client, port: &str) -> Check {
     }
 }
 
-/// Away from the pins: transceiver and bus are not in it.
+/// Loop-back within the CAN controller: pins, transceiver and bus are not tested.
 fn can(client: &mut Client) -> Check {
     let name = "CAN controller";
     match client.loop_back() {
@@ -186,7 +185,7 @@ fn can(client: &mut Client) -> Check {
     }
 }
 
-/// One after the other, by a person's eyes.
+/// Lights the LEDs one after the other; a person has to look at them.
 fn leds(client: &mut Client, onlooker: &mut impl Onlooker) -> Check {
     let name = "LEDs";
     let mut look = || -> Result<Check, LinkError> {

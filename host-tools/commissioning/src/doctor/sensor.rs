@@ -10,7 +10,7 @@ use std::ops::Range;
 
 /// Share of cycles without a new sample that a link in order has.
 const WITHOUT: f64 = 0.01;
-/// Noise beyond which a load is hardly worth controlling with, over the load that forbids a start.
+/// Noise from which on a load can hardly be controlled, relative to the load that forbids a start.
 const NOISY: f64 = 0.1;
 /// Noise below this is round-off, N and N·m.
 const UNSEEN: f64 = 1e-6;
@@ -28,7 +28,7 @@ pub(super) fn checks(recording: &Recording, settings: Option<&Settings>) -> Vec<
     if !cycles.iter().any(|c| measured(&c)) {
         return vec![Check::bad("sensor", "no reading of a sensor is recorded")];
     }
-    // Before the first sample there is nothing, and the tool's weight was taken from it.
+    // Rows before the first sample hold no reading, only the compensation of the tool's weight.
     let first = cycles.iter().position(|c| c.inputs.sensor.counter > 0);
     let cycles = cycles.get(first.unwrap_or(0)..).unwrap_or_default();
     let defaults = Settings::default();

@@ -1,4 +1,4 @@
-//! What a board is told.
+//! The settings of a board.
 
 use super::Check;
 use softdock_app::settings::{ANY_ROBOT, BoardSettings};
@@ -15,7 +15,7 @@ pub(super) fn checks(board: &BoardSettings) -> Vec<Check> {
     all
 }
 
-/// Who has to know that a watch is switched off.
+/// A warning if the detection of a frozen sensor is switched off.
 fn frozen_sensor(board: &BoardSettings) -> Option<Check> {
     let off = board.control.sensor.frozen_after_cycles == 0;
     off.then(|| {

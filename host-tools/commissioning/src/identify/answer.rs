@@ -66,8 +66,8 @@ impl Answer<'_> {
         Estimate::around(self.chosen.values[k], DEVIATIONS_95 * sigma).at_least(0.0)
     }
 
-    /// An estimate with its interval as wide as structures make it that explain the recording as
-    /// well: a lag that is not significant may still be there, and the delay shorter by it.
+    /// An estimate with an interval that includes those of structures that explain the recording as well: a lag that is not
+    /// significant may still exist, and the delay be shorter by it.
     fn with_rivals(&self, of: fn(&Self, &Fit) -> Option<Estimate>, own: Estimate) -> Estimate {
         let others = self
             .fits
@@ -80,7 +80,7 @@ impl Answer<'_> {
     }
 
     fn delay_of(&self, fit: &Fit) -> Option<Estimate> {
-        // A servo leaves less delay in another way than a lag: it is a rival of its own.
+        // A servo shortens the delay in another way than a lag does: it is no rival of the others.
         let same_kind = self.chosen.structure.response == Response::Servo
             || fit.structure.response != Response::Servo;
         same_kind.then(|| {

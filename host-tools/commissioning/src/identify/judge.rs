@@ -1,22 +1,22 @@
-//! What one structure more is worth.
+//! Whether a richer structure is worth its parameters.
 
 use super::misfit::Fit;
 use softdock_statistics::{Noise, correlated_cycles, noise_floor};
 
-/// 2 Δ log L that a parameter has to bring.
+/// Least gain of 2 log L by a parameter.
 const PRICE: f64 = 12.0;
 /// No simulation of a robot is better than this, m or rad: a tenth of a millisecond at 20 mm/s.
 const LEAST_ERROR: f64 = 2e-6;
-/// What is left over the noise from which on a limit is looked for.
+/// Ratio of rms residual to noise from which on limits are tried.
 const UNEXPLAINED: f64 = 1.2;
 
-/// What a difference of two fits is worth.
+/// Judges fits of one recording by their likelihood.
 pub(super) struct Judge {
-    /// Values that are independent of each other.
+    /// Number of independent values.
     independent: f64,
     /// Neighbouring values that count as one.
     correlated: f64,
-    /// Sum of squares below which nothing is to be explained.
+    /// Sum of squares that even a right simulation may leave; it is added to that of each fit.
     least: f64,
 }
 
@@ -58,7 +58,7 @@ impl Judge {
         self.likelihood(fit) > self.likelihood(chosen) - PRICE
     }
 
-    /// Variance of a position, with correlated ones counted less.
+    /// Variance of a position, enlarged by the correlation of neighbouring positions.
     pub(super) fn variance(&self, fit: &Fit) -> f64 {
         let freedom = (fit.residual.len() as f64 - fit.values.len() as f64).max(1.0);
         self.correlated * (fit.squares() + self.least) / freedom
@@ -70,12 +70,12 @@ impl Judge {
     }
 }
 
-/// Whether something is left that is smoother than noise.
+/// Whether the residual is larger than its noise.
 pub(super) fn leaves_more_than_noise(fit: &Fit) -> bool {
     fit.rms() > UNEXPLAINED * noise_of(fit)
 }
 
-/// Noise of the positions by what is left of them.
+/// Noise of the positions, estimated from their residual.
 pub(super) fn noise_of(fit: &Fit) -> f64 {
     let noise = noise_floor(&fit.left, Noise::White, None).unwrap_or(0.0);
     noise.hypot(LEAST_ERROR)

@@ -1,8 +1,7 @@
-//! How old the reported pose is, by the force that accelerates the tool.
+//! Age of the reported pose, from the force that accelerates the tool.
 //!
-//! A recording of poses shows the robot's delay and the age of its poses only as a sum. The sensor
-//! feels the tool's inertia without that age: the force of a cycle belongs to the acceleration that
-//! the pose shows some cycles later.
+//! A recording of poses shows the robot's delay and the age of its poses only as a sum. The inertial force of the tool reaches
+//! the sensor without that age: the force of a cycle belongs to the acceleration that the pose shows some cycles later.
 
 use super::outcome::{AxisActuator, Estimate};
 use super::track::Track;
@@ -11,20 +10,20 @@ use softdock_actuator::{Reading, Timing, simulate};
 use softdock_physics::model::log::Log;
 use softdock_statistics::{correlated_cycles, f_p};
 
-/// A robot moves on the edges of its cycles: a jump of the velocity at an edge belongs to the cycle
-/// behind it, even if the delay is found a little too short. The other way round it would be seen a
-/// cycle earlier, and that counts as possible, s.
+/// Shift of the delay, s, with which each age is tried in both directions. A robot moves on the edges of its cycles: with the
+/// longer delay a jump of the velocity at an edge belongs to the cycle behind it, even if the delay was found a little too short.
+/// With the shorter delay it is seen a cycle earlier; ages that this allows count as possible.
 const EDGE_S: f64 = 3e-4;
 /// Ages that are tried, cycles.
 const OLDEST: usize = 8;
 /// Cycles with a new sample of the sensor that are needed.
 const FEWEST: usize = 200;
-/// Probability below which the force follows the acceleration.
+/// p-value below which the force follows the acceleration.
 const IMPROBABLE: f64 = 1e-6;
-/// 2 Δ log L of an age that is refuted (99.9 % of one number).
+/// Difference of 2 log L by which an age is refuted (99.9 % for one parameter).
 const REFUTED: f64 = 10.8;
 
-/// Age of the reported pose in cycles; None if no force shows it.
+/// Age of the reported pose in cycles, with the range of possible ages; None if no force shows it.
 pub(super) fn feedback(log: &Log, track: &Track, found: &AxisActuator) -> Option<Estimate> {
     if track.axis.index() >= 3 {
         return None;
@@ -68,7 +67,7 @@ pub(super) fn feedback(log: &Log, track: &Track, found: &AxisActuator) -> Option
     Some(Estimate {
         value: age as f64,
         low: ages.first().copied().unwrap_or(age) as f64,
-        // The oldest that is tried is no bound.
+        // If the oldest age that is tried is possible, there is no upper bound.
         high: Some(ages.last().copied().unwrap_or(age))
             .filter(|oldest| *oldest < OLDEST)
             .map(|oldest| oldest as f64),
@@ -83,7 +82,7 @@ fn velocity(track: &Track, found: &AxisActuator, edge_s: f64) -> Vec<f64> {
     simulate(&chain, &track.sent, &timing, Reading::AtEnd)
 }
 
-/// The three forces by a constant, a drift, and perhaps the acceleration.
+/// Regression of the three forces on a constant, a drift, and, if it is given, the acceleration.
 struct Fit {
     squares: f64,
     correlated: f64,

@@ -1,4 +1,4 @@
-//! Jogs of a robot that is there.
+//! Jogs of a robot, live.
 
 use crate::live::{LiveBoard, LiveRecorder};
 use anyhow::{Context, Result, bail, ensure};
@@ -8,14 +8,13 @@ use softdock_link::service::Status;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Cycles of rest that are recorded before the first jog and after each: the robot is late, and what
-/// it was told at the end is seen then.
+/// Cycles of rest that are recorded before the first jog and after each: the robot is late, and its last commands show only then.
 const REST: u64 = 100;
 
-/// Longest time in which a robot does what it was told before a stop.
+/// Longest time in which a robot may still execute commands after a stop.
 const COMES_TO_REST: Duration = Duration::from_secs(5);
 
-/// What a board will do for a jog.
+/// The jogs that are requested, and the board's settings for them.
 #[derive(Clone, Debug)]
 pub struct Jogs {
     /// The axes, in their order.
@@ -28,7 +27,7 @@ impl Jogs {
     /// The axes by the letters that follow `jog`: x, -y, c.
     ///
     /// # Errors
-    /// An axis that there is not, or the board does not tell its settings.
+    /// An axis that does not exist, or a board that does not report its settings.
     pub fn new(board: &mut LiveBoard, axes: &[String]) -> Result<Self> {
         let axes: Result<Vec<Jog>> = axes.iter().map(|axis| named(axis)).collect();
         Ok(Self {
@@ -167,8 +166,8 @@ fn stand_still(board: &mut LiveBoard) -> Result<()> {
     Ok(())
 }
 
-/// Whether the jog is over; an error if it did not come to its end. A robot that is silent for a
-/// moment goes on; one that is for longer is missed by who listens to the cycles.
+/// Whether the jog is over; an error if it was broken off. A robot that is silent for a moment goes on; a longer silence is
+/// noticed by the recorder.
 fn is_over(status: &Status, word: &str) -> Result<bool> {
     if let Some((name, expected, received)) = &status.fault {
         bail!(

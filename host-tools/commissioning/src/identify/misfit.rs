@@ -1,4 +1,4 @@
-//! An actuator against what an axis did: where is it, compared with where it should be?
+//! Misfit of an actuator: measured minus simulated positions of an axis.
 
 use super::track::Track;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
@@ -31,7 +31,7 @@ pub(super) enum Limit {
 }
 
 impl Limit {
-    /// Value from which on it does not act in this recording, in units of the axis.
+    /// Smallest value with which the limit does not act in this recording, in units of the axis.
     pub(super) fn never_acts(self, track: &Track) -> f64 {
         match self {
             Self::Velocity => track.fastest(),
@@ -60,11 +60,11 @@ pub(super) struct Structure {
     pub limit: Limit,
 }
 
-/// Index of the delay among the parameters; the others follow as far as the structure has them:
-/// lag, or frequency and damping of the servo; pause; the limit.
+/// Index of the delay among the parameters. The others follow in this order, as far as the structure has them: lag, or frequency
+/// and damping of the servo; pause; limit.
 pub(super) const DELAY: usize = 0;
 
-/// Longest time that a parameter may take, s.
+/// Longest time constant or delay of a fit, s.
 const LONGEST_S: f64 = 0.5;
 
 impl Structure {
@@ -178,9 +178,9 @@ pub(super) struct Fit {
     pub structure: Structure,
     /// Its parameters.
     pub values: Vec<f64>,
-    /// What is left of each judged position, m or rad; its mean is 0.
+    /// Residual of each judged position, m or rad; its mean is 0.
     pub left: Vec<f64>,
-    /// The same without steps at reversals, and what these cost: what the fit makes small.
+    /// The same with steps at reversals removed, followed by the cost of these steps: the residual vector of the fit.
     pub residual: Vec<f64>,
     /// Derivative of the residual by each parameter.
     slopes: DMatrix<f64>,
@@ -222,13 +222,12 @@ impl Fit {
     }
 }
 
-/// What is left of the judged positions by an actuator, with the place of the origin and steps at
-/// reversals as they suit it best.
+/// Residual vector of an actuator, with the origin and the steps at reversals that suit it best removed.
 pub(super) fn residual(track: &Track, chain: &Chain) -> Vec<f64> {
     track.steps.removed(left(track, chain))
 }
 
-/// What is left of the judged positions by an actuator; its mean is 0.
+/// Measured minus simulated judged positions; the mean is 0.
 fn left(track: &Track, chain: &Chain) -> Vec<f64> {
     let timing = Timing::uniform(track.cycle_s);
     let velocity = simulate(chain, &track.sent, &timing, Reading::Mean);

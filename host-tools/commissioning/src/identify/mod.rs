@@ -1,9 +1,8 @@
 //! How the robot follows: transport delay, lag or servo, pause at a zero crossing, limits, and the
 //! age of the pose that it reports.
 //!
-//! - `track` takes from a recording what one axis was told and where it went,
-//! - `misfit` simulates an actuator and compares positions, `reversals` has room for what is not known
-//!   of a reversal,
+//! - `track` takes from a recording what one axis was commanded and where it went,
+//! - `misfit` simulates an actuator and compares positions, `reversals` allows for the uncertain instants of reversals,
 //! - `structure` fits every structure that could be there, `judge` chooses the simplest that
 //!   suffices, `answer` gives its parameters with intervals,
 //! - `latency` tells the age of the reported pose from the robot's delay, where a tool is heavy
@@ -67,7 +66,7 @@ pub fn identify(recording: &Recording) -> Result<Identification> {
         }
     }
     if axes.is_empty() {
-        // Of what moved, a jog was recorded: each reason says what to look at.
+        // If an axis moved, a jog was recorded already, and each reason says what to check.
         let remedy = match tracks.is_empty() {
             true => {
                 ". Record a jog in free space (`softdock identify actuator --rehearse` shows one) with velocities that jump"
@@ -88,7 +87,7 @@ mod tests {
     use softdock_app::record::CycleRecord;
     use softdock_statistics::RandomStream;
 
-    /// Out, and back by half, five cycles late, by so many times what was sent; with so much noise of the pose, m.
+    /// A jog out and halfway back, executed five cycles late and scaled by `times`, with so much noise of the pose, m.
     fn jogged(times: f64, noise_m: f64) -> Recording {
         let speed = |n: i32| match n {
             20..70 => 0.1,
@@ -115,7 +114,7 @@ mod tests {
         }
     }
 
-    /// Numbers of an actuator that leaves all of the motion are none of the robot, and are not offered as settings.
+    /// An actuator that leaves the whole motion unexplained describes no robot: its values are not offered as settings.
     #[test]
     fn an_axis_that_goes_elsewhere_is_not_identified() {
         let found = identify(&jogged(1.0, 0.0)).unwrap();
@@ -139,7 +138,7 @@ mod tests {
         ] {
             let refused = identify(&jogged(times, noise_m)).unwrap_err().to_string();
             assert!(refused.contains(expected), "{refused}");
-            // It is a jog.
+            // The recording is a jog already.
             assert!(!refused.contains("Record a jog"), "{refused}");
         }
     }

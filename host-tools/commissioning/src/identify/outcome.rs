@@ -7,7 +7,7 @@ use softdock_physics::model::{Axis, Channel};
 use softdock_report::number;
 use softdock_statistics::rms;
 
-/// What is left over the noise from which on something is missing in the structure.
+/// Ratio of rms residual to noise from which on the structure is incomplete.
 const MISFIT: f64 = 1.5;
 
 /// A number with its 95 % interval.
@@ -42,7 +42,7 @@ impl Estimate {
         }
     }
 
-    /// The same value with an interval that holds another one, too.
+    /// The same value with an interval extended to that of another estimate.
     pub(super) fn reaching(self, other: &Self) -> Self {
         Self {
             value: self.value,
@@ -59,7 +59,7 @@ impl Estimate {
         self.high.map_or(f64::INFINITY, |high| high - self.low)
     }
 
-    /// Whether no other value is possible.
+    /// Whether the interval contains one value only.
     pub(super) fn is_exact(&self) -> bool {
         self.high == Some(self.low)
     }
@@ -82,7 +82,7 @@ impl Estimate {
     }
 }
 
-/// How one axis follows.
+/// Actuator of one axis.
 #[derive(Clone, Debug, Serialize)]
 pub struct AxisActuator {
     /// Which.
@@ -111,9 +111,9 @@ pub struct AxisActuator {
     pub tried_acceleration: f64,
     /// Fastest velocity that was asked for, m/s or rad/s.
     pub tried_velocity: f64,
-    /// Root mean square of what is left of the positions, m or rad.
+    /// Root mean square of the residual positions, m or rad.
     pub residual_rms: f64,
-    /// Noise of the positions, m or rad, and what no simulation resolves.
+    /// Noise of the positions combined with the least error of a simulation, m or rad.
     pub noise_rms: f64,
     /// Other structures that explain the recording as well.
     pub rivals: Vec<String>,
@@ -131,7 +131,7 @@ pub struct Evidence {
     pub time_s: Vec<f64>,
     /// The positions as they were measured, m or rad.
     pub measured: Vec<f64>,
-    /// What is left of them, m or rad.
+    /// Their residuals, m or rad.
     pub residual: Vec<f64>,
     /// The actuator.
     pub chain: Chain,
@@ -147,7 +147,7 @@ pub struct Identification {
     pub lag_s: Estimate,
     /// Standstill when an axis reverses, s; None if none does.
     pub pause_s: Option<Estimate>,
-    /// Delay, lag and servo together, s.
+    /// Mean delay: delay, lag and servo together, s.
     pub mean_delay_s: Estimate,
     /// Natural frequency of a second-order servo, Hz.
     pub servo_hz: Option<Estimate>,
@@ -155,11 +155,11 @@ pub struct Identification {
     pub servo_damping: Option<Estimate>,
     /// Age of the reported pose, cycles.
     pub feedback_latency_cycles: Option<Estimate>,
-    /// The axis that these numbers are of: the one that is known best.
+    /// The axis to which these values belong: the one whose mean delay is known best.
     pub axis: Axis,
     /// Its structure.
     pub structure: String,
-    /// Root mean square of what is left of its positions, m or rad.
+    /// Root mean square of its residual positions, m or rad.
     pub residual_rms: f64,
     /// Every axis that moved.
     pub axes: Vec<AxisActuator>,
@@ -274,7 +274,7 @@ impl Identification {
         }
     }
 
-    /// Axes whose mean delay is another one.
+    /// A note on axes whose mean delay contradicts that of the best one; None if there are none.
     fn disagreement(&self, best: &AxisActuator) -> Option<String> {
         let [low, high] = [
             best.mean_delay_s.low,
@@ -298,11 +298,11 @@ impl Identification {
 }
 
 impl AxisActuator {
-    /// Why these numbers say nothing of the robot: most of its motion is left by them; and what to look at.
+    /// Why this actuator says nothing about the robot, and what to check: it leaves most of the motion. None if it does not.
     pub(super) fn goes_elsewhere(&self, track: &Track) -> Option<String> {
-        /// Part of a motion (rms) that no actuator leaves which follows at all. Set by hand.
+        /// Largest share of a motion (rms) that an actuator may leave that follows at all. Set by hand.
         const MOST: f64 = 0.5;
-        /// Correlation from which on a motion is that of the command, but for sign or scale. Set by hand.
+        /// Correlation with the command from which on a motion follows it up to sign or scale. Set by hand.
         const ALIKE: f64 = 0.9;
         let moved = rms(&centred(&self.evidence.measured));
         if self.residual_rms <= MOST * moved {
@@ -356,7 +356,7 @@ impl AxisActuator {
         })
     }
 
-    /// Of limits that were not met.
+    /// Notes on limits that were not reached.
     fn remarks_on_limits(&self) -> impl Iterator<Item = String> {
         let acceleration = (self.max_acceleration, self.tried_acceleration);
         let velocity = (self.max_velocity, self.tried_velocity);

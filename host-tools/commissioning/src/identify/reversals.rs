@@ -1,25 +1,24 @@
-//! What no simulation knows of a reversal: its instant.
+//! Steps of the position at reversals, whose instants no simulation knows exactly.
 //!
-//! A pause begins and ends at instants of the robot's own clock, and a velocity that only grazes zero
-//! stands still for a pause or does not. After each reversal the place may therefore be off by a
-//! little, for good. Without room for such steps, a structure with one parameter more takes them for
-//! its own, and one that lasts to the end of the recording outweighs all the others.
+//! A pause begins and ends at instants of the robot's own clock, and with a velocity that only just reaches zero the axis may
+//! pause or not. After each reversal the position may therefore be off by a little, permanently. Without an allowance for such
+//! steps, a structure with one more parameter explains them by it, and a step that lasts to the end of the recording outweighs
+//! everything else.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-/// Standard deviation of the instant of a reversal, s. Interpolators and drives have cycles of about
-/// a millisecond. It is no fine number: from 0.1 ms to 1 ms, delay and pause of the simulated robots
-/// are found as well.
+/// Standard deviation of the instant of a reversal, s. Interpolators and drives have cycles of about a millisecond. The value is
+/// not critical: from 0.1 ms to 1 ms, delay and pause of the simulated robots are found equally well.
 const INSTANT_S: f64 = 2.5e-4;
 
-/// Steps of the place at the reversals, and its origin, which is free.
+/// Steps of the position at reversals, with Gaussian priors, and the origin, which is free.
 #[derive(Clone, Debug)]
 pub(super) struct Steps {
     /// First judged position behind each step; 0 for the origin.
     at: Vec<usize>,
-    /// Standard deviation of a position over that of the step; 0 for the origin.
+    /// Standard deviation of a position divided by that of the step; 0 for the origin.
     ratio: Vec<f64>,
-    /// Normal equations; None without a position.
+    /// Cholesky factor of the normal equations; None without a position.
     normal: Option<Cholesky<f64, Dyn>>,
 }
 
@@ -58,8 +57,8 @@ impl Steps {
         }
     }
 
-    /// What is `left` of the judged positions without the steps that suit it best, and behind it each
-    /// step as a residual of its own, in units of a position.
+    /// Removes the best-fitting steps from the residuals `left` of the judged positions, and appends each step as a residual of
+    /// its own, in units of a position.
     pub(super) fn removed(&self, mut left: Vec<f64>) -> Vec<f64> {
         let Some(normal) = &self.normal else {
             return left;
@@ -85,7 +84,7 @@ mod tests {
         (0..200).map(sign).collect()
     }
 
-    /// Sum of the squares of what is left of a jump of the place from a position on.
+    /// Sum of squares that is left of a jump of the position, in units of the noise.
     fn left_of_jump(steps: &Steps, from: usize, jump: f64) -> f64 {
         let place = (0..200).map(|n| if n < from { 0.1 } else { 0.1 + jump });
         let left = steps.removed(place.collect());

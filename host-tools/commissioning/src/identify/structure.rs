@@ -1,10 +1,10 @@
 //! Which structure an axis has: the simplest that suffices.
 //!
 //! Every response (none, lag, servo) is fitted, with a pause if the axis reverses; where that leaves
-//! more than noise, with limits of the acceleration as well. What is left then says how noisy the
-//! positions are, and all are fitted again with room for what is not known of the reversals. A
-//! parameter more has to earn its price in 2 Δ log L, the likelihood being that of as many values as
-//! are independent of each other.
+//! more than noise, with limits of the acceleration as well. The residual then shows how noisy the
+//! positions are, and all structures are fitted again with an allowance for the uncertain instants of
+//! reversals. Each further parameter has to earn its price in 2 Δ log L. The likelihood is that of the
+//! number of values that are independent of each other.
 
 use super::answer::{Answer, mean_of_servo};
 use super::judge::{Judge, leaves_more_than_noise, noise_of};
@@ -19,14 +19,14 @@ const LONGEST_S: f64 = 0.24;
 const SCAN: f64 = 1.5;
 /// Pauses of the first search, s.
 const PAUSES_S: [f64; 4] = [0.0, 0.012, 0.03, 0.06];
-/// Parts of the delay that a lag takes to begin with.
+/// Shares of the delay that are given to a lag at the beginning of a fit.
 const SHARES: [f64; 2] = [0.3, 0.85];
 /// Frequencies of a servo to begin with, Hz.
 const SERVOS_HZ: [f64; 3] = [5.0, 10.0, 20.0];
 /// Damping of a servo to begin with.
 const DAMPING: f64 = 0.7;
 
-/// The usual pause: the executed velocity changes sign, and time goes on in the meantime.
+/// The usual pause: it begins when the executed velocity changes sign, and the drive goes on meanwhile.
 const USUAL: Pause = Pause {
     trigger: PauseTrigger::Output,
     restarts: false,
@@ -37,8 +37,8 @@ const OF_JUMPS: Pause = Pause {
     trigger: PauseTrigger::Command,
     restarts: false,
 };
-/// Pauses from which a fit begins besides, s: a short one is felt by its square only, so that a
-/// search that has come to zero stays there.
+/// Pauses from which further fits begin, s. A short pause shows only by its square, so that a search that has come to zero stays
+/// there.
 const OTHER_PAUSES_S: [f64; 3] = [0.003, 0.009, 0.022];
 /// The other forms.
 const UNUSUAL: [Pause; 3] = [
@@ -106,7 +106,7 @@ fn responses(track: &Track, limit: Limit, start: &Start, before: &[Fit]) -> Vec<
         .into()
 }
 
-/// Delay and pause that leave least of the positions.
+/// Delay and pause with the smallest residual.
 struct Start {
     delay_s: f64,
     pause_s: f64,
@@ -182,8 +182,8 @@ fn starts_of(structure: Structure, start: &Start) -> Vec<Vec<f64>> {
     starts
 }
 
-/// The same with a limit, from one that just acts to a much smaller one: beside what the structure without a limit was fitted
-/// with before, or `first`.
+/// Initial values with a limit, from one that just acts to a much smaller one. The others are those fitted without a limit in
+/// `before`, or `first`.
 fn starts_with_limit(
     track: &Track,
     structure: Structure,
@@ -198,14 +198,14 @@ fn starts_with_limit(
     let with_limit = |share: f64| {
         let mut values = from.clone();
         values.push(share * most);
-        // What was taken for delay may be the ramp of the limit.
+        // The ramp of the limit may have been taken for delay.
         values[DELAY] *= 0.8;
         values
     };
     [0.8, 0.3, 0.1, 0.03].map(with_limit).into()
 }
 
-/// The fit that leaves least.
+/// The fit with the smallest residual.
 fn least(fits: &[Fit]) -> Option<&Fit> {
     fits.iter()
         .min_by(|a, b| a.squares().total_cmp(&b.squares()))

@@ -1,18 +1,17 @@
-//! What one axis was told, and where it went.
+//! What one axis was commanded, and where it went.
 
 use super::reversals::Steps;
 use softdock_physics::model::Axis;
 use softdock_physics::model::log::Log;
 use softdock_report::number;
 
-/// Longest past that a robot remembers, s: what was sent before the recording is not known.
+/// Longest memory of a robot, s: commands before the recording are not known.
 const PAST_S: f64 = 0.3;
-/// Cycles that are judged at least.
+/// Least number of judged cycles.
 const FEWEST_CYCLES: usize = 50;
 /// Share of the fastest sent velocity that is a motion.
 const MOVES: f64 = 0.02;
-/// Sent velocity over its noise floor below which an axis rests: a fraction of the fastest axis of
-/// its kind.
+/// An axis rests if its fastest sent velocity is below this share of that of the fastest axis of its kind.
 const RESTS: f64 = 1e-3;
 
 /// One axis.
@@ -26,7 +25,7 @@ pub(super) struct Track {
     pub sent: Vec<f64>,
     /// Measured position at each cycle, m or rad.
     pub position: Vec<f64>,
-    /// First cycle of which everything that acts in it is known.
+    /// First cycle whose commands are all known.
     pub first: usize,
     /// Steps of the position that no actuator has to explain.
     pub steps: Steps,
@@ -59,8 +58,8 @@ impl Track {
         self.position.len() - self.first
     }
 
-    /// What the judged positions have of those that were sent, and how alike both are (-1 to 1): of the delay that makes them most alike,
-    /// whatever follows it.
+    /// Share of the sent positions that the judged ones follow (a regression coefficient), and the correlation of both (-1 to 1),
+    /// at the delay with the largest correlation.
     pub(super) fn followed(&self) -> (f64, f64) {
         let sent = self.sent.iter().scan(0.0, |place, velocity| {
             *place += velocity * self.cycle_s;
@@ -80,7 +79,7 @@ impl Track {
         };
         let delays = 0..=(PAST_S / self.cycle_s) as usize;
         let most = delays.map(late).filter(|(_, alike)| alike.is_finite());
-        // Of a motion that repeats itself the least delay.
+        // For a periodic motion the smallest delay.
         most.fold((0.0, 0.0), |most, now| {
             if now.1.abs() > most.1.abs() {
                 now
@@ -90,8 +89,8 @@ impl Track {
         })
     }
 
-    /// The same with room for what is not known of the reversals: the axis is `late_s` late, and its
-    /// positions have this `noise`, m or rad.
+    /// The same with an allowance for uncertain reversals: the axis is `late_s` late, and its positions have this `noise`, m or
+    /// rad.
     pub(super) fn with_uncertain_reversals(&self, late_s: f64, noise: f64) -> Self {
         let late = (late_s / self.cycle_s).round() as usize;
         let sent = &self.sent[self.first..];
@@ -117,7 +116,7 @@ pub(super) fn centred(values: &[f64]) -> Vec<f64> {
     values.iter().map(|value| value - mean).collect()
 }
 
-/// The axes that move and are told to, and why the others do not count.
+/// The axes that move and were commanded to, and why the others are refused.
 pub(super) fn tracks(log: &Log) -> (Vec<Track>, Vec<String>) {
     let (mut tracks, mut refused) = (Vec::new(), Vec::new());
     let positions = positions(log);
@@ -150,7 +149,7 @@ pub(super) fn tracks(log: &Log) -> (Vec<Track>, Vec<String>) {
     (tracks, refused)
 }
 
-/// The track, if it shows anything.
+/// The track with its first judged cycle; an error if it shows nothing.
 fn checked(mut track: Track, log: &Log) -> Result<Track, String> {
     let axis = track.axis;
     if track.fastest() == 0.0 {
@@ -184,8 +183,8 @@ fn checked(mut track: Track, log: &Log) -> Result<Track, String> {
     Ok(track)
 }
 
-/// Position of each axis: position in C, and the sum of the small turns of what was sent in the rows of rotations:
-/// the robot's own angles where they are recorded, else the axes of M.
+/// Position of each axis: translation in C, and for rotations the sum of small rotations about the axes in which velocities were
+/// sent: the robot's own angles where they are recorded, otherwise the axes of M.
 fn positions(log: &Log) -> [Vec<f64>; 6] {
     let mut positions: [Vec<f64>; 6] =
         std::array::from_fn(|_| Vec::with_capacity(log.time_s.len()));

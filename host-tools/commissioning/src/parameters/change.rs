@@ -129,7 +129,7 @@ impl Client {
         })
     }
 
-    /// Refuses early what the board would refuse late.
+    /// Refuses while the robot moves, as the board would refuse the change at its end.
     fn still(&mut self) -> Result<()> {
         match self.status()?.moves {
             true => Err(LinkError::Refused(Refusal::Moves)).context(UNCHANGED),
@@ -137,7 +137,7 @@ impl Client {
         }
     }
 
-    /// A fresh draft. Settings that another program left on trial are in the way.
+    /// Begins a new draft; refused while settings of another program are on trial.
     fn begin(&mut self) -> Result<()> {
         self.done(&Request::Begin).context(UNCHANGED)
     }
@@ -153,7 +153,7 @@ impl Client {
         Ok(())
     }
 
-    /// A draft that was refused is given up: nobody shall take it for a change that somebody is at.
+    /// Gives up a draft that was refused: it must not look like a change in progress.
     fn or_give_up(&mut self, staged: Result<()>) -> Result<()> {
         if staged.is_err() {
             // What the line says now adds nothing to what was refused.
@@ -191,7 +191,7 @@ impl Client {
         self.confirm().with_context(|| on_trial(confirm_within_s))
     }
 
-    /// Keeps what is on trial.
+    /// Keeps the settings that are on trial.
     fn confirm(&mut self) -> Result<(), LinkError> {
         let boot = self.identity().boot;
         match self.done(&Request::Confirm) {

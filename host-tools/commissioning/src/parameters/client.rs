@@ -15,14 +15,13 @@ use std::time::{Duration, Instant};
 const ANSWER: Duration = Duration::from_millis(400);
 /// Times that a request is sent.
 pub(super) const ATTEMPTS: u32 = 6;
-/// Likewise when the board writes its flash. It takes two erasures of 2 s (STM32H743 data sheet) and
-/// more: a request that comes again in between waits, and is answered without being done twice.
+/// The same for requests that write flash. This takes two erasures of 2 s (STM32H743 data sheet) and more: a request that is
+/// repeated meanwhile waits, and is answered without being carried out twice.
 const FLASH_ANSWER: Duration = Duration::from_secs(3);
 /// Times that such a request is sent.
 const FLASH_ATTEMPTS: u32 = 4;
 
-/// Lines of a board's log after which no more are asked for: many times what a board keeps, which may add lines while it is
-/// asked.
+/// Most lines of a board's log that are requested: many times what a board keeps, which may add lines meanwhile.
 const LOG_LINES: usize = 1000;
 
 /// Why there is no answer, or not the one that was wanted.
@@ -98,7 +97,7 @@ impl Client {
         let mut client = Self {
             port,
             frames: FrameReader::new(),
-            // Not that of the program that was here before.
+            // Not the number with which another program's conversation went on.
             sequence: RandomState::new().build_hasher().finish() as u16,
             conversation: 0,
             identity: Identity::default(),
@@ -225,7 +224,7 @@ impl Client {
         })
     }
 
-    /// How it is itself.
+    /// State of the board itself: stack, Ethernet, answer times and noise of the sensor.
     ///
     /// # Errors
     /// As [`Self::health`].
@@ -236,7 +235,7 @@ impl Client {
         })
     }
 
-    /// What comes of CAN frames that it sends to itself; none: it has no controller that could.
+    /// Result of CAN frames that the board sends to itself; None if it has no controller that can.
     ///
     /// # Errors
     /// As [`Self::health`]; or the robot moves.
@@ -247,7 +246,7 @@ impl Client {
         })
     }
 
-    /// Lights these LEDs, green, yellow, red; none: they say again what they have to.
+    /// Lights these LEDs, in the order green, yellow, red; None returns them to their normal use.
     ///
     /// # Errors
     /// As [`Self::loop_back`].

@@ -48,8 +48,8 @@ fn split(name: &str) -> (&str, &str) {
     name.rsplit_once('.').unwrap_or(("", name))
 }
 
-/// What a file asks of the settings of a board. With `rest` of the settings the file does not name:
-/// those are to have their defaults, as everywhere; without, they stay.
+/// Settings that a file asks for. With `rest`, settings that the file does not name are to have their defaults, as everywhere;
+/// without, they stay.
 ///
 /// # Errors
 /// The file cannot be read, or names something that the board does not have or does not take, with
@@ -68,7 +68,7 @@ pub fn read(path: &Path, settings: &[Setting], rest: bool) -> Result<Vec<(String
     Ok(wanted)
 }
 
-/// What a text (`name` in errors) asks of the settings of a board.
+/// Settings that a text asks for; `name` is that of the text in errors.
 ///
 /// # Errors
 /// As [`read`].
@@ -131,7 +131,7 @@ impl Reader<'_> {
         }
     }
 
-    /// All that names of settings begin with.
+    /// All sections: beginnings of the settings' names up to a dot.
     fn sections(&self) -> BTreeSet<String> {
         let ends = |name: &str| {
             name.match_indices('.')

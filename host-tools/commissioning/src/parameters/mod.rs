@@ -9,8 +9,8 @@
 //! | `operate` | an operator's commands |
 //! | `words` | what a board tells by name, in words |
 //!
-//! All that is known of the settings is what the board tells, so a board with an older or newer
-//! firmware is served as well.
+//! The only knowledge of the settings is what the board reports, so that boards with an older or newer firmware are served as
+//! well.
 
 mod change;
 mod client;

@@ -13,7 +13,7 @@ const TIMEOUT: Duration = Duration::from_secs(3);
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 impl Client {
-    /// Gives a command and waits until a cycle has taken it: the state behind it.
+    /// Gives a command and waits until a cycle has taken it. Returns the state after it.
     ///
     /// # Errors
     /// The board refuses it, with what to do; or no cycle takes it.

@@ -1,16 +1,16 @@
-//! What a board tells by its name in the firmware, in words.
+//! Values that a board reports by their names in the firmware, in words.
 
 use serde::de::value::Error;
 use serde::de::{DeserializeOwned, IntoDeserializer};
 use std::fmt::Display;
 
-/// The value of this name; none of a newer firmware's, or if the name was cut off.
+/// The value with this name; None if only a newer firmware has it, or the name was cut off.
 pub(super) fn named<T: DeserializeOwned>(name: &str) -> Option<T> {
     let name = IntoDeserializer::<Error>::into_deserializer(name);
     T::deserialize(name).ok()
 }
 
-/// Its words; the name itself where nobody knows more.
+/// Its words; the name itself if it is not known here.
 pub fn words<T: DeserializeOwned + Display>(name: &str) -> String {
     named::<T>(name).map_or_else(|| name.to_owned(), |value| value.to_string())
 }

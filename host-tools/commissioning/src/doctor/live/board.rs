@@ -8,7 +8,7 @@ use softdock_control::modes::FaultCode;
 use softdock_io::identity;
 use softdock_link::service::{FlashSlot, Origin, PROTOCOL};
 
-/// What a line of the log has in it when it tells of trouble.
+/// Words in a line of the log that indicate trouble.
 const TROUBLE: [&str; 7] = [
     "fault",
     "refused",

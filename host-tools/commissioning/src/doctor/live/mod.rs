@@ -28,7 +28,7 @@ const WATCHED: Duration = Duration::from_secs(1);
 /// How often the progress is told.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
-/// What a board says.
+/// Answers of a board to all questions.
 #[derive(Clone, Debug)]
 pub(super) struct Answers {
     pub(super) identity: Identity,
@@ -117,7 +117,7 @@ fn known<T>(answer: Result<T, LinkError>) -> Result<Option<T>, LinkError> {
     }
 }
 
-/// Judges what a board says.
+/// Judges the answers of a board.
 fn checks(port: &str, answers: &Answers) -> Vec<Check> {
     let defaults = BoardSettings::default();
     let known = answers.settings.as_ref().and_then(|s| s.as_ref().ok());

@@ -109,7 +109,7 @@ fn lost(answers: &Answers) -> Check {
 
 fn late(before: &RobotHealth, now: &RobotHealth) -> Check {
     let name = "late answers";
-    // The robot's counter begins anew with each run.
+    // The robot's counter starts from zero in each run.
     let rise = now.late_answers.saturating_sub(before.late_answers);
     match now.late_answers {
         0 => Check::good(name, "the robot counted none"),
