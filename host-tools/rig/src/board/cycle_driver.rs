@@ -10,19 +10,19 @@ use softdock_control::scalar::Scalar;
 use softdock_control::settings::Settings;
 use thiserror::Error;
 
-/// A cycle and the inputs that it gets next.
+/// A cycle and its next inputs.
 #[derive(Clone, Debug)]
 pub struct CycleDriver<S: Scalar> {
     /// The cycle.
     pub cycle: RobotCycle<S>,
-    /// The next healthy inputs; what is written here stays.
+    /// The next healthy inputs; changes made here persist.
     pub inputs: Inputs,
     cycle_s: f64,
-    /// Metres and radians of the last digit of a correction.
+    /// Value of the last digit of a correction, m and rad.
     digit: [f64; 2],
 }
 
-/// The board did not go into the mode that it was told to.
+/// The board did not enter the commanded mode.
 #[derive(Clone, Copy, Debug, Error)]
 #[error("the board does not go into {wanted:?}, it is in {found:?} ({fault:?})")]
 pub struct Refused {
@@ -75,7 +75,7 @@ impl<S: Scalar> CycleDriver<S> {
         self.step_with(|inputs| inputs.command = Some(command))
     }
 
-    /// Through Hold to Armed; the first armed cycle.
+    /// Goes through Hold to Armed. Returns the first armed cycle.
     ///
     /// # Errors
     /// The cycle refuses.
@@ -85,7 +85,7 @@ impl<S: Scalar> CycleDriver<S> {
         in_mode(Mode::Armed, record)
     }
 
-    /// Through Hold and Armed to Running; the first running cycle.
+    /// Goes through Hold and Armed to Running. Returns the first running cycle.
     ///
     /// # Errors
     /// The cycle refuses.

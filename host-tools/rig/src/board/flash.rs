@@ -23,7 +23,7 @@ pub struct FileFlash<const SLOT: usize = SLOT_BYTES> {
 }
 
 impl<const SLOT: usize> FileFlash<SLOT> {
-    /// In memory, with what a file of another kind begins with.
+    /// In memory, with given contents.
     pub(super) fn of(bytes: Vec<u8>) -> Self {
         Self { bytes, file: None }
     }
@@ -67,7 +67,7 @@ impl<const SLOT: usize> FileFlash<SLOT> {
         Ok(Self { bytes, file })
     }
 
-    /// Writes settings that count by themselves if there is nothing at all; whether there was not.
+    /// Writes settings as valid ones if the flash is entirely erased. Returns whether it was.
     ///
     /// # Errors
     /// The settings may not be used, or the file cannot be written.

@@ -5,9 +5,8 @@
 //! they have priorities instead. Each blocking source has a thread that fills a queue and wakes the
 //! task that waits for it.
 //!
-//! When settings are committed the board starts over as a microcontroller does: all that was built
-//! from the old settings ends, and a new `session` begins with what lies in its flash. The line of the
-//! service stays, as a serial line does.
+//! When settings are committed the board starts over as a microcontroller does: everything that was built from the old settings
+//! ends, and a new `session` begins with the contents of its flash. The line of the service stays open, as a serial line does.
 
 use anyhow::{Context, Result};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -55,7 +54,7 @@ type Shared = softdock_app::shared::Shared<CriticalSectionRawMutex>;
 pub struct Process {
     /// Settings for a flash without any.
     pub settings: Option<BoardSettings>,
-    /// File that is the board's flash; without one it is forgotten at the end.
+    /// File that is the board's flash; without one the flash is lost at the end.
     pub flash: Option<PathBuf>,
     /// UDP address for the robot's telegrams.
     pub robot: SocketAddr,
@@ -133,8 +132,7 @@ impl Process {
 }
 
 impl Listening {
-    /// Runs the board until `stop` is raised. Each time that it starts, `record` gives what takes the
-    /// records of its cycles.
+    /// Runs the board until `stop` is raised. At each start `record` is called for the receiver of the records of its cycles.
     pub fn run(
         mut self,
         stop: &Arc<AtomicBool>,
@@ -159,13 +157,13 @@ impl Listening {
                 telemetry: self.telemetry,
                 identity: self.identity.clone(),
             };
-            // Who changes settings starts by hand.
+            // After a change of settings the operator starts by hand.
             let start = std::mem::take(&mut self.start);
             let session = BoardSession::prepare(boot, io, start)?;
             let record = record(session.settings())?;
             match session.run(stop, &current, &mut self.store, &mut block, record)? {
                 End::Restart(next) if !stop.load(Ordering::Relaxed) => trial = next,
-                // A process has no watchdog that would end it.
+                // A process has no watchdog that would restart it: it starts over by itself.
                 End::Hang if !stop.load(Ordering::Relaxed) => trial = None,
                 _ => return Ok(()),
             }

@@ -11,7 +11,7 @@ const ROUND_TRIP_US: u64 = 40;
 /// Time between two samples of the sensor, µs: an Axia80 at 7.8 kHz.
 const SAMPLE_US: u64 = 128;
 
-/// Shows the sensors of a segment what the rig's gauges read, once per sample.
+/// Copies the reading of the rig's gauges to the sensors of a segment, once per sample.
 pub(crate) struct ReadingSampler {
     calibration: AtiCalibration,
     /// Number of the newest sample.
@@ -48,7 +48,7 @@ impl ReadingSampler {
 pub(super) struct SimulatedSegment {
     pub(super) segment: Segment,
     sampler: ReadingSampler,
-    /// By the time at which they arrive, and in order.
+    /// Frames on the cable by time of arrival and number.
     on_cable: BTreeMap<(u64, u64), Vec<u8>>,
     frames: u64,
 }
@@ -80,7 +80,7 @@ impl SimulatedSegment {
         }
     }
 
-    /// When something happens next.
+    /// Time of the next event, µs; `u64::MAX` if there is none.
     pub(super) fn next_us(&self) -> u64 {
         let first = self.on_cable.first_key_value();
         first.map_or(u64::MAX, |((at_us, _), _)| *at_us)

@@ -13,7 +13,7 @@ const EXCHANGE_US: u64 = 350;
 /// Time between two samples of a streaming sensor, µs.
 const STREAM_PERIOD_US: u64 = 1000;
 
-/// How it speaks.
+/// Protocol of the sensor.
 enum Protocol {
     /// ATI NETCANOEM: answers requests.
     Ati(AtiDevice),
@@ -66,7 +66,7 @@ impl SimulatedSensor {
         }
     }
 
-    /// When something happens next.
+    /// Time of the next event, µs; `u64::MAX` if there is none.
     pub(crate) fn next_us(&self) -> u64 {
         let frame = self.on_bus.front().map_or(u64::MAX, |(at, _)| *at);
         match self.protocol {

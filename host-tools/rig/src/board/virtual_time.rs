@@ -36,10 +36,10 @@ type Shared = softdock_app::shared::Shared<NoopRawMutex>;
 /// What the simulation calls after each cycle; `Break` ends it.
 pub type OnCycle<'a> = dyn FnMut(&CycleRecord, &TruthRecord) -> ControlFlow<()> + 'a;
 
-/// What the simulation calls before each telegram, with its number: for what happens to the EtherCAT segment.
+/// Callback before each telegram, with its number. It may disturb the EtherCAT segment.
 pub type OnTelegram<'a> = dyn FnMut(u64, &mut Segment, &Status) + 'a;
 
-/// What is simulated.
+/// A simulation to run.
 pub struct Simulation<'a> {
     /// Settings of the board.
     pub board: &'a BoardSettings,
@@ -49,16 +49,16 @@ pub struct Simulation<'a> {
     pub calibration: AtiCalibration,
     /// Length of the run, s.
     pub duration_s: f64,
-    /// Commands of the operator at cycles, in order; none: the board arms and starts by itself.
+    /// Operator's commands with their cycles, in order; if it is empty, the board arms and starts by itself.
     pub commands: Vec<(u64, Command)>,
 }
 
-/// Runs a simulation to its end, calling `on_cycle` after each cycle; the rig as it then is.
+/// Runs a simulation to its end and calls `on_cycle` after each cycle. Returns the rig in its final state.
 pub fn simulate(simulation: Simulation<'_>, on_cycle: &mut OnCycle<'_>) -> Result<Rig> {
     simulate_disturbed(simulation, &mut |_, _, _| {}, on_cycle)
 }
 
-/// Likewise, with what happens to the EtherCAT segment.
+/// The same with disturbances of the EtherCAT segment.
 pub fn simulate_disturbed(
     simulation: Simulation<'_>,
     on_telegram: &mut OnTelegram<'_>,
@@ -77,7 +77,7 @@ pub fn simulate_disturbed(
     let sensor = tasks::sensor(&shared, settings.clone(), Some(bus), Some(port), clock);
     let (io, mut recorder) = ((handle.clone(), handle.clone()), handle);
     let robot = tasks::robot(&shared, link, start, wait, io, &mut recorder);
-    // The telegram is the last of what an event brings, and who was woken last comes first.
+    // The telegram is the last part of an event, and the task that was woken last is polled first.
     let mut tasks = [Task::new(robot), Task::new(sensor)];
     while !conductor.ended {
         tasks.iter_mut().for_each(Task::poll_if_woken);
@@ -89,7 +89,7 @@ pub fn simulate_disturbed(
 
 /// A task that is polled in place: an executor that sleeps between two turns costs a system call for each wake.
 struct Task<'a> {
-    /// Until it has ended.
+    /// None when it has ended.
     future: Option<Pin<Box<dyn Future<Output = ()> + 'a>>>,
     woken: Arc<Woken>,
     waker: Waker,
@@ -261,7 +261,7 @@ impl<'a> Conductor<'a> {
 
     fn send_telegram(&mut self, now_us: u64) -> Result<()> {
         self.rig.advance_to(now_us);
-        // The robot may have ended RSI; what was recorded stands.
+        // The robot may have ended RSI; the records so far are valid.
         let report = if self.cycles_left > 0 {
             self.rig.begin_cycle()
         } else {

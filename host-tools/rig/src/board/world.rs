@@ -1,8 +1,8 @@
 //! Bus, socket and clock of a board in virtual time: queues between the firmware's tasks and the
 //! simulation, and the alarms that the tasks wait for.
 //!
-//! Everything lives on one thread. `activity` rises whenever a task touches anything here, which
-//! is how the simulation knows that all tasks have come to rest.
+//! Everything lives on one thread. `activity` is increased whenever a task touches anything here: when it stays the same, the
+//! simulation knows that all tasks are at rest.
 
 use super::time_driver::TimeSource;
 use softdock_app::board::{Clock, DatagramSocket, EthernetPort, IoError, Recorder, SensorBus};
@@ -52,7 +52,7 @@ pub(super) struct World {
     alarm_count: u64,
     pub(super) frames_to_board: Inbox<Frame>,
     pub(super) frames_from_board: VecDeque<Frame>,
-    /// Those of the EtherCAT segment.
+    /// Frames of the EtherCAT segment.
     pub(super) ethernet_to_board: Inbox<Vec<u8>>,
     pub(super) ethernet_from_board: VecDeque<Vec<u8>>,
     pub(super) telegrams: Inbox<Vec<u8>>,
@@ -60,7 +60,7 @@ pub(super) struct World {
     pub(super) records: Vec<CycleRecord>,
 }
 
-/// When to wake whom.
+/// Time at which a task is woken.
 #[derive(Debug)]
 pub(super) struct Alarm {
     pub(super) at_us: u64,
@@ -69,7 +69,7 @@ pub(super) struct Alarm {
 }
 
 impl World {
-    /// Sets an alarm; its number.
+    /// Sets an alarm. Returns its number.
     fn set_alarm(&mut self, at_us: u64, waker: &Waker) -> u64 {
         let number = self.alarm_count;
         self.alarm_count += 1;

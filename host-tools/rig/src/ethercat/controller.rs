@@ -21,7 +21,7 @@ const SYNC_MANAGER: usize = 0x0800;
 const SYNC_MANAGER_BYTES: usize = 8;
 const SYNC_MANAGERS: usize = 4;
 
-/// In `AL_CONTROL`: acknowledges an error; in `AL_STATUS`: there is one.
+/// In `AL_CONTROL`: acknowledge an error. In `AL_STATUS`: an error has occurred.
 const AL_ERROR: u8 = 0x10;
 /// In the second byte of `SII_CONTROL`.
 const SII_READ: u8 = 0x01;
@@ -47,7 +47,7 @@ struct Area {
 pub(super) struct Controller {
     memory: Vec<u8>,
     sii: Vec<u8>,
-    /// Lengths of outputs and inputs that the application takes and gives.
+    /// Lengths of outputs and inputs of the application, bytes.
     process_data: [usize; 2],
     /// A request that has come into the mailbox.
     pub(super) request: Option<Vec<u8>>,
@@ -195,7 +195,7 @@ impl Controller {
         }
     }
 
-    /// True: the data were read.
+    /// Reads memory, combining it with the data by OR if `or`. Returns whether the data were read.
     fn read(&mut self, offset: usize, data: &mut [u8], or: bool) -> bool {
         let Some(found) = self.memory.get(offset..offset + data.len()) else {
             return false;
@@ -218,7 +218,7 @@ impl Controller {
         true
     }
 
-    /// True: the data were written.
+    /// Writes memory. Returns whether the data were written.
     fn write(&mut self, offset: usize, data: &[u8]) -> bool {
         if offset + data.len() > MEMORY_BYTES {
             return false;
@@ -326,7 +326,7 @@ impl Controller {
     }
 }
 
-/// Where the status of a SyncManager stands.
+/// Address of the status of a SyncManager.
 const fn status(manager: usize) -> usize {
     SYNC_MANAGER + manager * SYNC_MANAGER_BYTES + 5
 }

@@ -53,7 +53,7 @@ impl Datagram<'_> {
 }
 
 impl Datagram<'_> {
-    /// Replaces, in one of eight cases, a byte of data or working counter by another, by a random number.
+    /// Replaces, with a probability of one in eight, a byte of data or working counter by another one, as a random number says.
     pub(super) fn garble(&mut self, random: u64) {
         let [value, chance, place @ ..] = random.to_le_bytes();
         if chance % 8 == 0 {
@@ -70,7 +70,7 @@ impl Datagram<'_> {
     }
 }
 
-/// Hands each datagram of a frame to `process`. False: it is no whole EtherCAT frame.
+/// Hands each datagram of a frame to `process`. Returns false if it is no complete EtherCAT frame.
 pub(super) fn for_each(frame: &mut [u8], mut process: impl FnMut(&mut Datagram<'_>)) -> bool {
     let Some((ethernet, payload)) = frame.split_at_mut_checked(ETHERNET_HEADER_BYTES) else {
         return false;

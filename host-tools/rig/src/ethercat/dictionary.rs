@@ -93,7 +93,7 @@ impl Dictionary {
         );
     }
 
-    /// Takes an object away.
+    /// Removes an object.
     pub(super) fn remove(&mut self, index: u16) {
         self.0.retain(|(known, _), _| *known != index);
     }

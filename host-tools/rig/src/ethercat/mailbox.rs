@@ -50,7 +50,7 @@ pub(super) fn answer(message: &[u8], objects: &mut Dictionary) -> Option<Vec<u8>
     Some(coe_message(counter, service, &body))
 }
 
-/// An emergency message with error code 0xFF00, which nobody asked for.
+/// An unsolicited emergency message with error code 0xFF00.
 pub(super) fn emergency() -> Vec<u8> {
     coe_message(0x10, EMERGENCY, &[0x00, 0xFF, 0x80, 0, 0, 0, 0, 0])
 }

@@ -6,7 +6,7 @@
 //! | `datagram` | the datagrams of a frame |
 //! | `segment` | SubDevices on a cable; what happens to frames |
 //! | `controller` | registers, memory, FMMUs and SyncManagers of a SubDevice |
-//! | `states` | its state machine |
+//! | `states` | state machine of a SubDevice |
 //! | `sii` | its EEPROM |
 //! | `mailbox` | its mailbox: SDOs of CoE |
 //! | `dictionary` | its objects |

@@ -27,13 +27,13 @@ pub enum Cable {
     Delays(u64),
     /// A frame of somebody else comes before each.
     Foreign,
-    /// A millisecond of frames of somebody else, at line rate, comes around each.
+    /// Frames of another sender come around each frame, at line rate for a millisecond.
     Floods,
     /// Frames come back cut off.
     Cuts,
-    /// Frames come back with a sender's address as they left: nothing has seen them.
+    /// Frames come back with the sender's address unchanged: no SubDevice has seen them.
     Echoes,
-    /// Frames come back untouched but for the sender's address: working counter 0.
+    /// Frames come back with the sender's address changed and nothing else: working counter 0.
     Passes,
     /// SubDevices answer nonsense now and then: one byte in one of eight datagrams, working counters included.
     Garbles,
@@ -118,7 +118,7 @@ impl Segment {
     }
 }
 
-/// A frame of another stack, with the same shape but for the index.
+/// A frame of another stack: the same but for the index.
 fn of_others(frame: &[u8]) -> Vec<u8> {
     let mut foreign = frame.to_vec();
     foreign[17] ^= 0x80;

@@ -16,7 +16,7 @@ impl Measurement {
     pub fn of(wrench: [f64; 6], (force, torque): (i32, i32), status: u32) -> Self {
         let counts = |axis: usize| {
             let per_unit = if axis < 3 { force } else { torque };
-            // What is beyond 32 bits stays at their end.
+            // Values beyond 32 bits saturate.
             (wrench[axis] * f64::from(per_unit)).round() as i32
         };
         Self {

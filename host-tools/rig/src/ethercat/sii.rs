@@ -105,7 +105,7 @@ fn pdo(index: u16, manager: u8, mapping: &[u32]) -> Vec<u8> {
     let mut bytes = vec![i0, i1, mapping.len() as u8, manager, 0, 0, 0, 0];
     for entry in mapping {
         let [length, sub_index, e0, e1] = entry.to_le_bytes();
-        // DINT, whatever it is: nobody converts it.
+        // The data type is always DINT: it is not evaluated.
         bytes.extend_from_slice(&[e0, e1, sub_index, 0, 0x04, length, 0, 0]);
     }
     bytes

@@ -3,13 +3,13 @@
 /// A state, as it stands in the AL registers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum AlState {
-    /// Nothing but registers.
+    /// Registers alone.
     Init = 1,
-    /// Mailbox.
+    /// Mailbox as well.
     PreOp = 2,
-    /// Inputs.
+    /// Inputs as well.
     SafeOp = 4,
-    /// Inputs and outputs.
+    /// Outputs as well.
     Op = 8,
 }
 
@@ -43,7 +43,7 @@ impl AlState {
     pub(super) fn request(self, number: u8, configured: Configured) -> Result<Self, Refused> {
         let wanted = Self::from_number(number).ok_or(Refused::UnknownState)?;
         match (self, wanted) {
-            // Down is always allowed, and staying is.
+            // Every state may go to a lower one, or stay.
             (from, to) if to <= from => Ok(to),
             (Self::Init, Self::PreOp) if !configured.mailbox => Err(Refused::MailboxConfiguration),
             (Self::PreOp, Self::SafeOp) if !configured.outputs => Err(Refused::OutputConfiguration),

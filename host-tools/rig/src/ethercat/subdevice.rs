@@ -20,9 +20,9 @@ pub struct SubDevice {
     objects: Dictionary,
     sensor: Sensor,
     answers: VecDeque<Vec<u8>>,
-    /// The sample counter stands, and so do the inputs.
+    /// The sample counter and the inputs stand still.
     pub stands: bool,
-    /// It passes frames on and takes part in nothing.
+    /// It passes frames on and does not take part.
     pub deaf: bool,
 }
 
@@ -62,19 +62,19 @@ impl SubDevice {
         self.controller.outputs()
     }
 
-    /// Leaves OP by itself, for SAFE-OP and an error.
+    /// Falls from OP to SAFE-OP with an error.
     pub fn fall_to_safe_op(&mut self) {
         if self.state() == AlState::Op {
             self.controller.fall(AlState::SafeOp, UNSPECIFIED);
         }
     }
 
-    /// Takes an object away.
+    /// Removes an object.
     pub fn remove_object(&mut self, index: u16) {
         self.objects.remove(index);
     }
 
-    /// Replaces a byte of its EEPROM, by its place from 0, which wraps.
+    /// Replaces a byte of its EEPROM. The index wraps around.
     pub fn spoil_eeprom(&mut self, at: usize, by: u8) {
         self.controller.spoil_sii(at, by);
     }

@@ -16,13 +16,12 @@ pub fn exchanges(frame: &[u8]) -> bool {
 
 /// Longest frame.
 const FRAME_BYTES: usize = 1600;
-/// How long the board may be silent before it is told again where the segment is; also how often it is looked whether
-/// to stop.
+/// Longest silence of the board before it is told again where the segment is; also how often `stop` is checked.
 const SILENCE: Duration = Duration::from_millis(50);
 
-/// Plugs a segment into a board that listens on `board`, until `stop` is raised. `before` is called before each frame
-/// passes, with the frame: for what the sensor measures and for what happens to it. The board answers whoever spoke last; what is too
-/// short for a frame only says where the segment is.
+/// Connects a segment to a board that listens on `board`, until `stop` is raised. `before` is called with each frame before it
+/// passes, and sets what the sensor measures and what happens to the frame. The board answers whoever spoke last; a datagram that
+/// is too short for a frame only tells it where the segment is.
 ///
 /// # Errors
 /// No port is free.

@@ -19,7 +19,7 @@ pub struct BoardImage {
     pub features: &'static [&'static str],
 }
 
-/// Cargo's profile of what goes to a board, and of what is measured.
+/// Cargo's profile for images that are flashed or measured.
 pub const RELEASED: &str = "firmware";
 /// The environment variable that names another profile for boards in QEMU: `dev` shares macros
 /// and build scripts with the programs of the host.
@@ -37,7 +37,7 @@ struct Message {
 }
 
 impl BoardImage {
-    /// A file of its own beside cargo's, where programs with other features take each other's place.
+    /// File name of its own beside cargo's: programs with other features would overwrite each other.
     fn file(&self) -> String {
         let mut parts = vec![self.package];
         parts.extend(self.features);
@@ -45,8 +45,7 @@ impl BoardImage {
     }
 }
 
-/// Builds an image with a profile and gives the program (ELF). Cargo's own messages go to standard
-/// error.
+/// Builds an image with a profile. Returns the program (ELF). Cargo's own messages go to standard error.
 pub fn build(board: &BoardImage, profile: &str) -> Result<PathBuf> {
     let root = repository()?;
     ensure_target(board.target)?;
@@ -59,7 +58,7 @@ pub fn build(board: &BoardImage, profile: &str) -> Result<PathBuf> {
     let new = tempfile::NamedTempFile::new_in(program.parent().unwrap_or(&root))
         .and_then(|new| fs::copy(&program, new.path()).map(|_| new))
         .with_context(|| format!("cannot copy {}", program.display()))?;
-    // At once: an emulator that starts meanwhile reads the old file or the new one, whole.
+    // Atomically: an emulator that starts meanwhile reads either the old file or the new one as a whole.
     new.persist(&named)?;
     Ok(named)
 }
@@ -86,7 +85,7 @@ fn compile(root: &Path, board: &BoardImage, profile: &str) -> Result<PathBuf> {
     let mut program = None;
     if let Some(messages) = cargo.stdout.take() {
         for line in BufReader::new(messages).lines() {
-            // Anything that is not a message is a build script's or a wrapper's.
+            // Lines that are no messages come from a build script or a wrapper.
             let Ok(message) = serde_json::from_str::<Message>(&line?) else {
                 continue;
             };
@@ -106,7 +105,7 @@ fn cargo() -> std::ffi::OsString {
     std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
 }
 
-/// The repository: the one that this program was built from, or the present folder.
+/// The repository: that from which this program was built, or the one around the present folder.
 pub fn repository() -> Result<PathBuf> {
     let built_from = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let here = std::env::current_dir()?;
@@ -121,7 +120,7 @@ pub fn repository() -> Result<PathBuf> {
     )
 }
 
-/// Says how to install what cargo would only miss in the middle.
+/// An error that says how to install a target, before cargo would fail in the middle of a build.
 fn ensure_target(target: &str) -> Result<()> {
     let found = Command::new("rustc")
         .args(["--print", "target-libdir", "--target", target])

@@ -1,4 +1,4 @@
-//! Which function calls which, and the deepest way down from one of them.
+//! Call graph of a program, and the path with the deepest stack from a function.
 
 use super::Elf;
 use super::image::holder;
@@ -6,28 +6,28 @@ use super::usage::task_of_poll;
 use anyhow::{Context, Result};
 use std::cell::RefCell;
 
-/// Functions, by their place among the symbols of a program.
+/// Call graph; functions are indices of a program's symbols.
 pub(super) struct CallGraph<'a> {
     elf: &'a Elf,
     calls: Vec<Vec<usize>>,
-    /// The deepest way down from each function, once it was asked for.
+    /// Deepest path from each function, once it has been computed.
     ways: RefCell<Vec<Seen>>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Seen {
     Not,
-    /// It is being looked at: who calls it from here calls itself.
+    /// Being computed: a call to it from here is a recursion.
     Open,
-    /// Bytes, and the function that is called on the way.
+    /// Stack of the deepest path, bytes, and the next function on it.
     Done(u64, Option<usize>),
 }
 
-/// A way down.
+/// A path through the call graph.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Way {
     pub(super) bytes: u64,
-    /// The functions on it and their frames.
+    /// Functions on the path, with their frames, bytes.
     pub(super) path: Vec<(String, u64)>,
 }
 
@@ -68,8 +68,7 @@ impl<'a> CallGraph<'a> {
             .collect()
     }
 
-    /// Functions that are named other than by a call, in the section `.vector_table` or everywhere
-    /// else.
+    /// Functions whose address is mentioned other than by a call, either in the section `.vector_table` or everywhere else.
     pub(super) fn named_as_address(&self, in_vectors: bool) -> Vec<usize> {
         let vectors = self.elf.sections.iter().find(|s| s.name == ".vector_table");
         let is_vector =
@@ -95,13 +94,13 @@ impl<'a> CallGraph<'a> {
         &self.elf.symbols[node].name
     }
 
-    /// What a function takes for itself, bytes.
+    /// Stack frame of a function, bytes.
     pub(super) fn frame(&self, node: usize) -> u64 {
         let address = self.elf.symbols[node].address;
         self.elf.frames.get(&address).copied().unwrap_or_default()
     }
 
-    /// The deepest way down from one of some functions. A recursion counts once.
+    /// Deepest path that begins with one of some functions. A recursion counts once.
     pub(super) fn deepest(&self, from: impl IntoIterator<Item = usize>) -> Way {
         let best = from.into_iter().max_by_key(|node| self.depth(*node));
         let mut way = Way::default();

@@ -1,4 +1,4 @@
-//! How much stack a function takes for itself, read from its machine code.
+//! Stack frame of a function, read from its machine code.
 //!
 //! The compiler lowers the stack pointer at the beginning of a function, once, for all that it needs;
 //! nothing else in Rust's code moves it down. So the frame is the sum of what the instructions of a
@@ -7,7 +7,7 @@
 //!
 //! Encodings: Armv7-M Architecture Reference Manual, A5 and A7.
 
-/// Stack that a piece of Thumb code takes, bytes.
+/// Stack frame of a piece of Thumb code, bytes.
 pub(super) fn frame(code: &[u8]) -> u64 {
     let mut halfwords = code
         .as_chunks::<2>()

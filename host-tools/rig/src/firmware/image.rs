@@ -17,21 +17,21 @@ pub(super) struct Piece {
     pub(super) bytes: u64,
     /// Its contents are in the file.
     pub(super) loaded: bool,
-    /// In RAM; what is loaded as well is copied from flash.
+    /// Whether it is in RAM; if it is loaded as well, it is copied from flash.
     pub(super) writable: bool,
 }
 
-/// What is needed of a program.
+/// The parts of a program that are needed here.
 #[derive(Clone, Debug, Default)]
 pub struct Elf {
     pub(super) entry: u64,
-    /// What takes memory, sorted by address.
+    /// Sections that take memory, sorted by address.
     pub(super) sections: Vec<Piece>,
     /// Functions, constants and statics, sorted by address.
     pub(super) symbols: Vec<Piece>,
-    /// Stack that each function takes for itself, bytes, by its address.
+    /// Stack frame of each function, bytes, by its address.
     pub(super) frames: BTreeMap<u64, u64>,
-    /// What code and constants name.
+    /// Addresses that code and constants mention.
     pub(super) mentions: Vec<Mention>,
 }
 
@@ -40,7 +40,7 @@ pub struct Elf {
 pub(super) struct Mention {
     pub(super) at: u64,
     pub(super) to: u64,
-    /// It goes there, now.
+    /// Whether it is a call.
     pub(super) call: bool,
 }
 
@@ -105,12 +105,12 @@ fn section<'a>(section: &impl ObjectSection<'a>) -> Option<Piece> {
     })
 }
 
-/// What has a name and a size; functions with equal code are one piece with several names.
+/// Symbols that have a name and a size; functions with equal code are one piece with several names.
 fn symbols(file: &object::File, sections: &[Piece]) -> Vec<Piece> {
     let named = file.symbols().filter(|symbol| symbol.size() > 0);
     let mut found: Vec<Piece> = named
         .filter_map(|symbol| {
-            // Bit 0 says that a function is Thumb.
+            // Bit 0 of the address marks a Thumb function.
             let address = symbol.address() & !1;
             let holder = &sections[holder(sections, address)?];
             let name = symbol.name().ok()?;
@@ -207,7 +207,7 @@ fn immediate(word: u32) -> u64 {
     u64::from(value | second & 0xff)
 }
 
-/// The piece that an address lies in.
+/// Index of the piece that contains an address.
 pub(super) fn holder(pieces: &[Piece], address: u64) -> Option<usize> {
     let after = pieces.partition_point(|piece| piece.address <= address);
     let last = after.checked_sub(1)?;

@@ -16,7 +16,7 @@ pub use usage::{Usage, usage};
 
 use clap::ValueEnum;
 
-/// What the sensor of a board is on.
+/// Link of a board's sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum SensorLink {
     /// CAN; the robot is on the on-board Ethernet
@@ -38,8 +38,8 @@ pub fn nucleo_h743zi(sensor: SensorLink) -> BoardImage {
     }
 }
 
-/// Its executors, lowest priority first (`executors.rs` of the board), and the tasks that `main.rs` and
-/// `sensor_can.rs` or `sensor_ethercat.rs` give to each.
+/// Executors of this board, lowest priority first (`executors.rs` of the board), and the tasks that `main.rs` and `sensor_can.rs`
+/// or `sensor_ethercat.rs` spawn on each.
 pub fn nucleo_executors(sensor: SensorLink) -> [Executor; 3] {
     [
         Executor {

@@ -1,12 +1,12 @@
-//! How deep the stack gets: over the call graph of the machine code, per executor and interrupt.
+//! Worst-case depth of the stack: over the call graph of the machine code, by executor and interrupt.
 //!
 //! All contexts of the firmware share one stack. The deepest that it can get is while `main` sleeps in
 //! its outermost frame and each executor is interrupted at its deepest by the next higher one, and the
 //! highest by a device; or once at boot, when `main` starts everything with interrupts off.
 //!
-//! Calls through a pointer are not in the call graph. Two kinds are known: an executor polls its tasks,
-//! which are told here by name; and formatting of the log calls functions whose address was taken. For
-//! these each context pays the deepest of them, once.
+//! Calls through a pointer are not in the call graph. There are two kinds. An executor polls its tasks: they are given here by
+//! name. Formatting of the log calls functions whose address was taken: the deepest of these is added once to each executor, and
+//! to the start.
 
 use super::Elf;
 use super::call_graph::{CallGraph, Way};
@@ -18,9 +18,9 @@ pub const STACK_BUDGET: f64 = 0.8;
 /// What the processor saves at an interrupt: 8 words, 18 of the floating-point unit, and one to align
 /// them (Armv7-M Architecture Reference Manual, B1.5.6).
 const EXCEPTION_FRAME: u64 = 4 * (8 + 18 + 1);
-/// Where the processor begins.
+/// The function with which the processor begins.
 const START: &str = "Reset";
-/// They take the whole stack for themselves, see the crate `softdock-crash`.
+/// Handlers that take the whole stack for themselves, see the crate `softdock-crash`.
 const NEVER_COME_BACK: [&str; 4] = ["HardFault", "MemoryManagement", "BusFault", "UsageFault"];
 
 /// An executor of a board: the interrupt that it runs in, and its tasks.
@@ -37,24 +37,24 @@ pub struct Executor {
 /// The stack of a program, bytes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct StackUsage {
-    /// What there is.
+    /// Size of the stack.
     pub available: u64,
     /// `main` while it starts everything, alone.
     pub boot: Context,
-    /// Everything that can interrupt each other.
+    /// Sum of all contexts that can interrupt each other.
     pub nested: u64,
-    /// What nests, outermost first.
+    /// The contexts that nest, outermost first.
     pub contexts: Vec<Context>,
 }
 
-/// What runs between two interrupts.
+/// A context of execution: between two interrupts.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Context {
     /// Executor, or the deepest of the interrupts of devices.
     pub name: String,
-    /// Stack, with what the processor saves before it, bytes.
+    /// Its stack, including the frame that the processor saves before it, bytes.
     pub bytes: u64,
-    /// The functions through which it gets deepest, and the frame of each.
+    /// The functions on the deepest path, with the frame of each, bytes.
     pub path: Vec<(String, u64)>,
 }
 
@@ -73,12 +73,12 @@ impl Executor {
 }
 
 impl StackUsage {
-    /// The deepest that it can get, bytes.
+    /// Worst-case depth, bytes.
     pub fn deepest(&self) -> u64 {
         self.boot.bytes.max(self.nested)
     }
 
-    /// Share of what there is.
+    /// Worst-case share of the stack.
     pub fn share(&self) -> f64 {
         self.deepest() as f64 / self.available as f64
     }
@@ -104,7 +104,7 @@ impl StackUsage {
 /// How deep the stack of `available` bytes gets in a program with these executors, lowest priority first.
 ///
 /// # Errors
-/// The program has a task that no executor is said to run, or lacks something.
+/// The program has a task that belongs to no given executor, or lacks a symbol.
 pub fn stack(elf: &Elf, executors: &[Executor], available: u64) -> Result<StackUsage> {
     let graph = CallGraph::of(elf);
     let (tasks, vectors) = (graph.tasks(), graph.named_as_address(true));

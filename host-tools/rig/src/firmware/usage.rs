@@ -1,4 +1,4 @@
-//! How much of a chip's memory a program takes: per region, per section, per task.
+//! Memory of a chip that a program takes: by region, section and task.
 //!
 //! A link-time optimised program knows no tasks any more, but it still calls. From each task's poll
 //! function everything is followed that it mentions. What is reached from one task only would go
@@ -34,7 +34,7 @@ pub struct RegionUsage {
     pub region: Region,
     /// Bytes that are taken.
     pub used: u64,
-    /// By what.
+    /// Its sections, with their sizes.
     pub sections: Vec<Named>,
 }
 
@@ -58,7 +58,7 @@ pub struct Named {
     pub bytes: u64,
 }
 
-/// What a program takes of the regions of its chip.
+/// Memory of a chip's regions that a program takes.
 pub fn usage(elf: &Elf, regions: &[Region]) -> Usage {
     let (mut flash, shared_flash) = reached(elf);
     let mut tasks = Vec::new();
@@ -107,7 +107,7 @@ fn region_usage(elf: &Elf, region: &Region) -> RegionUsage {
     }
 }
 
-/// Flash that each task alone reaches, by its name, and the rest, bytes.
+/// Bytes of flash that each task alone reaches, by its name, and all the rest.
 fn reached(elf: &Elf) -> (BTreeMap<String, u64>, u64) {
     let symbols = &elf.symbols;
     let mut mentions = vec![Vec::new(); symbols.len()];
@@ -135,7 +135,7 @@ fn reached(elf: &Elf) -> (BTreeMap<String, u64>, u64) {
         .clone()
         .filter_map(|n| Some((task[n].as_ref()?, reach(vec![n]))))
         .collect();
-    // What nobody calls: the vector table above all.
+    // Symbols that are not called: the vector table above all.
     let elsewhere = reach(
         nodes
             .clone()

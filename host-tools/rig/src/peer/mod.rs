@@ -64,23 +64,23 @@ pub struct Peer {
     pub robot: SocketAddr,
     /// The sensor's link.
     pub sensor: SensorLink,
-    /// How long the rig's clock waits for an answer that is late. 0: as long as a robot does, not at all.
+    /// How long the rig's clock waits for a late answer. 0: not at all, as with a real robot.
     pub patience: Duration,
 }
 
-/// Who watches.
+/// Observer of a run.
 pub trait Watcher: Sync {
     /// Something happened.
     fn say(&self, what: &str);
-    /// How far it has come; called a few times per second.
+    /// Shows the counters so far; called a few times per second.
     fn show(&self, tally: &Tally);
     /// The capture switch closed: the board has to stop.
     fn captured(&self);
 }
 
 impl Peer {
-    /// Plays the rig until `stop` is raised or so many seconds have passed. `poses` takes the robot to another
-    /// orientation (A, B, C in rad), as a program of its own would that turns slowly.
+    /// Plays the rig until `stop` is raised or so many seconds have passed. `poses` receives orientations (A, B, C in rad) to
+    /// which the robot turns slowly, as a program of its own would.
     ///
     /// # Errors
     /// Settings that are not valid, or no free port.

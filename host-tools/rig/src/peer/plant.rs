@@ -90,7 +90,7 @@ impl Plant {
         self.lock().tally.clone()
     }
 
-    /// A reading at this instant.
+    /// Reading at the present instant.
     pub(super) fn sense(&self) -> SensorSampleSim {
         let mut state = self.lock();
         let now_us = state.now_us();
@@ -101,7 +101,7 @@ impl Plant {
         state.rig.gauges()
     }
 
-    /// RSI begins: its first telegram, which is repeated until it is answered.
+    /// Begins RSI: returns its first telegram, which is repeated until it is answered.
     pub(super) fn begin_run(&self) -> Result<Vec<u8>> {
         let mut state = self.lock();
         let rig = Rig::new(&state.settings, state.start_pose, state.seed)?;
@@ -110,7 +110,7 @@ impl Plant {
         state.begin_cycle()
     }
 
-    /// Waits for the answer to the first telegram; then its instant is that of the first cycle.
+    /// Waits for the answer to the first telegram; its instant becomes that of the first cycle. False if none came.
     pub(super) fn first_answer(&self, patience: Duration) -> bool {
         let state = self.lock();
         let waited = self
@@ -131,8 +131,8 @@ impl Plant {
         self.lock().deadline()
     }
 
-    /// Waits for an answer that is late, if the rig is patient, and for the reading that the board asks for in each
-    /// cycle; meanwhile its clock stands still. An error if the patience has run out.
+    /// Waits, if the rig is patient, for a late answer and for the reading that the board requests in each cycle; meanwhile the
+    /// rig's clock stands still. An error if the patience is exhausted.
     pub(super) fn wait_for_answer(&self, over: &AtomicBool) -> Result<(), String> {
         let mut state = self.lock();
         if state.patience.is_zero() {
@@ -200,7 +200,7 @@ impl Plant {
                 state.rig.answer(answer.correction, answer.stop);
                 self.answered.notify_all();
             }
-            // Twice, or of a run that is over.
+            // A repeated answer, or one of a run that is over.
             Ok(answer) if answer.ipoc >= current => {}
             Ok(_) => state.tally.late += 1,
             Err(_) => state.tally.malformed += 1,
@@ -258,7 +258,7 @@ impl State {
         if arrived {
             self.goal = None;
         }
-        // The same noise again would make different poses alike.
+        // With the same noise different poses would look alike.
         self.seed = self.seed.wrapping_add(1);
         self.rig = Rig::new(&self.settings, self.start_pose, self.seed)?;
         self.zero += self.cycle * self.number;

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 const DATAGRAM_BYTES: usize = 2048;
 /// How often the first telegram is repeated.
 const REPEAT: Duration = Duration::from_millis(100);
-/// Silence after which it is said that nobody answers.
+/// Silence after which it is reported that the board does not answer.
 const SILENCE: Duration = Duration::from_secs(2);
 /// Pause before a robot that has stopped begins again, as its operator would.
 const RESTART: Duration = Duration::from_secs(1);
@@ -90,7 +90,7 @@ fn begin(
     Ok(())
 }
 
-/// Sends a telegram at each deadline: why the robot stopped, if it did.
+/// Sends a telegram at each deadline. Returns why the robot stopped; None if `over` was raised.
 fn cycles(
     plant: &Plant,
     socket: &UdpSocket,

@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 /// Pause between attempts to connect, and how long one may take.
 const RETRY: Duration = Duration::from_millis(200);
 const CONNECT: Duration = Duration::from_secs(1);
-/// Silence after which it is said that nobody asks the sensor.
+/// Silence after which it is reported that nothing requests a reading.
 const SILENCE: Duration = Duration::from_secs(3);
 
 /// Plays the sensor.
@@ -44,7 +44,7 @@ fn ethercat(board: SocketAddr, peer: &Peer, plant: &Plant, over: &AtomicBool) ->
     })
 }
 
-/// Connects to the board's SLCAN port, and again when it has let go.
+/// Connects to the board's SLCAN port, and again when the connection has ended.
 fn can(
     board: SocketAddr,
     peer: &Peer,
@@ -79,7 +79,7 @@ fn can(
     Ok(())
 }
 
-/// The sensor on a line that is open.
+/// The sensor on an open line.
 struct Line<'a> {
     device: Mutex<SimulatedSensor>,
     /// A frame came or the line ended.
@@ -110,7 +110,7 @@ impl<'a> Line<'a> {
         self.device.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Answers until the board lets go.
+    /// Serves the board until the line ends.
     fn serve(self, stream: TcpStream, board: SocketAddr, watcher: &dyn Watcher) -> Result<()> {
         stream.set_nodelay(true)?;
         stream.set_read_timeout(Some(STOP_PERIOD))?;

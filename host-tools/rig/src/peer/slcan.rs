@@ -4,7 +4,7 @@ use softdock_link::can::Frame;
 use softdock_link::slcan::{AdapterEvent, AdapterLines, MAX_LINE_BYTES, encode_frame_line};
 use std::io::{Result, Write};
 
-/// The frames that these bytes complete; what is no frame is passed over.
+/// The frames that these bytes complete; anything else is skipped.
 pub fn frames<'a>(lines: &'a mut AdapterLines, bytes: &'a [u8]) -> impl Iterator<Item = Frame> {
     let events = bytes.iter().filter_map(|byte| lines.push(*byte));
     events.filter_map(|event| match event {

@@ -1,4 +1,4 @@
-//! What was counted.
+//! Counters of a run, and their summary.
 
 use serde::Serialize;
 use std::fmt;
@@ -38,7 +38,7 @@ pub struct Tally {
     pub robot_stopped: Option<String>,
 }
 
-/// The same for a reader.
+/// Summary of a run, for output.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
     /// Times that RSI began and was answered.
@@ -85,7 +85,7 @@ impl Tally {
         self.answer_s.1 = self.answer_s.1.max(after_s);
     }
 
-    /// The same for a reader.
+    /// Summary of the counters.
     pub fn summary(&self) -> Summary {
         let some = self.in_time > 0;
         Summary {

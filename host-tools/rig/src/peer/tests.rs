@@ -17,7 +17,7 @@ impl Watcher for Silent {
     fn show(&self, _: &Tally) {}
 }
 
-/// What the robot said of late answers in each telegram that was answered, and what the rig counted.
+/// Late answers that the robot reported in each answered telegram, and what the rig counted.
 fn beside_a_slow_board(patience: Duration) -> (Vec<u32>, Summary) {
     let board = UdpSocket::bind(ANY).unwrap();
     let settings = BoardSettings::default();
@@ -31,7 +31,7 @@ fn beside_a_slow_board(patience: Duration) -> (Vec<u32>, Summary) {
         seed: 1,
         board: settings,
         robot: board.local_addr().unwrap(),
-        // Nobody takes it.
+        // Nothing listens there.
         sensor: SensorLink::Can(SocketAddr::from((Ipv4Addr::LOCALHOST, 1))),
         patience,
     };

@@ -52,7 +52,7 @@ pub(super) struct Controller {
     before: Axes,
     /// Total correction with the running cycle.
     total: Axes,
-    /// Stat with the running cycle, and as it was when the last one ended.
+    /// Stat with the running cycle, and Stat when the last cycle ended.
     stat: u32,
     reported_stat: u32,
     last_input: Axes,
@@ -133,8 +133,8 @@ impl Controller {
         Ok(self.apply(held))
     }
 
-    /// The answer of the running cycle: velocity to use instead. A second answer, an answer that
-    /// is not finite and an answer after the stop are rejected.
+    /// Takes the answer of the running cycle. Returns the velocity to use in place of the one without an answer; None if the
+    /// answer is rejected: a second one, one that is not finite, or one after the stop.
     pub(super) fn answer(&mut self, correction: Axes, stop: bool) -> Option<Axes> {
         let usable = correction.iter().all(|c| c.is_finite());
         if self.answered || !usable || self.stopped.is_some() {

@@ -19,15 +19,15 @@ pub type Axes = [f64; 6];
 
 /// Six axes behind one delay line, and where they have got to.
 ///
-/// Times that come in are those of the nominal clock; with a hidden error of the clock's rate, the
-/// arm lives in the real time that passes meanwhile.
+/// Times are given by the nominal clock. With a hidden error of the clock's rate, the arm moves in the true time that passes
+/// meanwhile.
 #[derive(Clone, Debug)]
 pub struct Drive {
-    /// What changes the commands of each axis before they are delayed.
+    /// Stages that change the commands of each axis before the delay.
     command: Vec<AxisStage>,
     line: TransportDelay<6, COMMANDS_IN_FLIGHT>,
     axes: [Axis; 6],
-    /// Nominal integration step, s, and how long a nominal second really lasts, s.
+    /// Nominal integration step, s, and true duration of a nominal second, s.
     step_s: f64,
     second_s: f64,
     /// X Y Z A B C in C, m and rad.
@@ -131,7 +131,7 @@ impl Drive {
     }
 }
 
-/// How long a nominal second of the rig lasts, s.
+/// True duration of a nominal second of the rig, s.
 fn second_s(settings: &RigSettings) -> f64 {
     let mut hidden = hidden::in_order(&settings.hidden, Group::Body);
     let longer = hidden.find_map(|(effect, values)| match effect.law {

@@ -2,7 +2,7 @@
 //! 16 bit, D = diag(counts per newton, counts per newton metre); the inverse of
 //! `W_i = Σ_j M_ij g_j / D_ii` (ATI 9610-05-1030, calibration matrix of a NETCANOEM sensor).
 //!
-//! Not an effect by itself but how a sensor reads.
+//! It is no effect, but how the sensor reads.
 
 use nalgebra::{Matrix6, Vector6};
 use softdock_control::frames::Wrench;

@@ -1,4 +1,4 @@
-//! The guide of the mechanism: what centres the tip, and hidden forces along the free direction.
+//! The guide of the mechanism: the spring that centres the tip, and hidden forces along the free direction.
 
 use super::checks::{check, check_all};
 use super::drive::Axes;
@@ -13,7 +13,7 @@ use softdock_physics::model::load::{self, on_tip, tip_motion};
 /// A hidden force on the moving side.
 #[derive(Clone, Debug)]
 enum Force {
-    /// Along the free direction, with the direction of the motion as the law sees it.
+    /// Along the free direction, with the state of the direction of motion that the law needs.
     Along(effects::Guide, Direction),
     /// In all directions.
     Spring(fn(&[f64], &Vector3<f64>) -> Vector3<f64>),
@@ -77,7 +77,7 @@ impl Guide {
         })
     }
 
-    /// Moves what remembers to where an integration step ends.
+    /// Advances laws with a memory to the end of an integration step.
     pub(super) fn advance(&mut self, now: Vector3<f64>) {
         let path = self.axis.dot(&(now - self.last));
         for acting in &mut self.acting {
@@ -88,7 +88,7 @@ impl Guide {
         self.last = now;
     }
 
-    /// Energy in the spring that centres the tip, J, and the power that goes into it, W.
+    /// Energy in the spring that centres the tip, J, and its rate of change, W.
     pub(super) fn stored(&self, c_from_m: &Pose<f64>, twist: &Twist<f64>) -> [f64; 2] {
         let Some(model) = &self.centring else {
             return [0.0; 2];

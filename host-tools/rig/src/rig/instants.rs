@@ -1,4 +1,4 @@
-//! Hidden errors of the clocks: the instants that telegrams and samples really belong to.
+//! Hidden errors of the clocks: the true instants of telegrams and samples.
 
 use super::drive::{Axes, Drive};
 use super::hidden;
@@ -7,16 +7,17 @@ use softdock_physics::effects::{Clock, Group, Law, Values};
 use softdock_statistics::RandomStream;
 use std::collections::VecDeque;
 
-/// Standard deviations of the jitter that the memory of positions reaches back.
+/// Range of the memory of positions, in standard deviations of the jitter.
 const JITTER_REACH: f64 = 6.0;
 
-/// By how much an instant deviates, s, of a standard normal number.
+/// Deviation of an instant, s, as a function of a standard normal number.
+///
 type ScatterLaw = fn(Values<'_>, f64) -> f64;
 
 /// When the pose and the wrench of the running cycle are really taken.
 ///
-/// Jitter moves both: the cycle itself is early or late. An offset of the clocks moves the pose
-/// alone: it is stamped with the wrench's time and belongs to another.
+/// Jitter shifts both: the cycle itself is early or late. An offset of the clocks shifts the pose alone: it carries the wrench's
+/// time stamp but belongs to another instant.
 #[derive(Clone, Debug)]
 pub(super) struct Instants {
     jitter: Option<(ScatterLaw, Vec<f64>, RandomStream)>,
@@ -57,7 +58,7 @@ impl Instants {
         }
     }
 
-    /// Begins a cycle.
+    /// Draws the jitter of a new cycle.
     pub(super) fn draw(&mut self) {
         if let Some((law, values, noise)) = &mut self.jitter {
             self.jitter_s = law(values, noise.normal());

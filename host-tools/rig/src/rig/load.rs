@@ -1,5 +1,4 @@
-//! What hangs on the sensor: contact, weight and inertia of the tool, as they are, which may differ
-//! from what anybody believes.
+//! Load of the sensor: contact, weight and inertia of the tool, with their true values, which may differ from those of the model.
 
 use super::checks::{check, check_all};
 use super::hidden;

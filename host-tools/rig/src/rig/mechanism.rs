@@ -69,8 +69,8 @@ impl Mechanism {
         })
     }
 
-    /// Moves what remembers over an integration step that ends at a pose C_from_M, with the mean
-    /// twist of M, and books the energy.
+    /// Advances mechanisms with a memory by an integration step that ends at a pose C_from_M, with the mean twist of M, and books
+    /// the energy.
     pub(super) fn advance(&mut self, c_from_m: &Pose<f64>, twist: &Twist<f64>, step_s: f64) {
         let at = Relative {
             p_from_j: *c_from_m,
@@ -107,7 +107,7 @@ impl Mechanism {
         self.dockings.iter().map(Docking::loads)
     }
 
-    /// Where the energy is.
+    /// The energy balance.
     pub(super) fn book(&self) -> EnergyBook {
         let dockings = self.dockings.iter().map(Docking::book);
         dockings.fold(self.rod.book(), |sum, book| sum + book)

@@ -68,7 +68,7 @@ pub struct RobotReport {
     pub poscorr_stat: u32,
 }
 
-/// What an all-knowing observer sees at the present instant.
+/// True state at the present instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Truth {
     /// Time, s.
@@ -88,7 +88,7 @@ pub struct Truth {
 pub struct Rig {
     cycle_us: u64,
     substep_us: u64,
-    /// Time of the plant, and how far the observer is ahead of it.
+    /// Time of the plant, and by how much the observer is ahead of it, µs.
     time_us: u64,
     ahead_us: u64,
     next_telegram_us: u64,
@@ -219,7 +219,7 @@ impl Rig {
         self.sensor.status = status;
     }
 
-    /// What is really the case now.
+    /// True state at the present instant.
     pub fn truth(&self) -> Truth {
         let (contact, load) = self.load(self.ahead_s());
         Truth {
@@ -246,7 +246,7 @@ impl Rig {
         self.mechanism.loads()
     }
 
-    /// What the robot worked on the mechanism, and where the energy is.
+    /// Work that the robot did on the mechanism, and where the energy went.
     pub fn energy(&self) -> EnergyBook {
         self.mechanism.book()
     }
@@ -295,7 +295,7 @@ impl Rig {
         }
     }
 
-    /// Where the twist of `back` integration steps ago is kept.
+    /// Index in `twists` of the twist `back` integration steps ago.
     fn twist_slot(&self, back: u64) -> usize {
         let steps = self.time_us / self.substep_us + MAX_SUBSTEPS as u64;
         ((steps - back) % MAX_SUBSTEPS as u64) as usize

@@ -1,7 +1,7 @@
 //! Hidden effects between the load of the sensor and what it reads.
 //!
-//! Mounting, cross-talk and gains act on the load, filter and line on what comes of it; the zero is
-//! added then, and noise by the sensor. Range, resolution and lost samples act on what it sends.
+//! Mounting, cross-talk and gains act on the load; filter and line act on the result. Then the zero is added here, and noise by
+//! the sensor. Range, resolution and lost samples act on the samples that are sent.
 
 use super::hidden::{self, Hidden};
 use softdock_control::frames::Wrench;
@@ -13,7 +13,7 @@ use softdock_statistics::RandomStream;
 pub(super) struct Reading {
     /// Laws with their values, in the catalogue's order.
     laws: Vec<(Law, Vec<f64>)>,
-    /// What comes late, one behind the other.
+    /// Delays and filters, in series.
     late: Vec<Late>,
     step_s: f64,
     /// The last sample that was sent.
@@ -35,12 +35,12 @@ impl Reading {
         reading
     }
 
-    /// Whether it has to see every integration step.
+    /// Whether it has a state that has to follow every integration step.
     pub(super) fn has_memory(&self) -> bool {
         !self.late.is_empty()
     }
 
-    /// What the turned, coupled and wrongly scaled sensor feels of a load.
+    /// Load as the rotated, coupled and wrongly scaled sensor feels it.
     pub(super) fn distorted(&self, load: &Wrench<f64>) -> Wrench<f64> {
         self.laws.iter().fold(*load, |wrench, (law, p)| match law {
             Law::Load(law) => law(p, &wrench),
@@ -58,7 +58,7 @@ impl Reading {
         self.late = late.collect();
     }
 
-    /// One integration step of what remembers.
+    /// Advances delays and filters by an integration step.
     pub(super) fn advance(&mut self, wrench: &Wrench<f64>) {
         let mut felt = wrench.get();
         for late in &mut self.late {
@@ -66,7 +66,7 @@ impl Reading {
         }
     }
 
-    /// What filter and line deliver now.
+    /// Output of filter and line; None if there is neither.
     pub(super) fn felt(&self) -> Option<Wrench<f64>> {
         self.late.last().map(|late| Wrench::of(&late.value()))
     }

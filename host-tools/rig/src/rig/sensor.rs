@@ -77,7 +77,7 @@ impl Sensor {
         })
     }
 
-    /// Whether the sensor has to see every integration step.
+    /// Whether the sensor has a state that has to follow every integration step.
     pub(super) fn has_memory(&self) -> bool {
         self.low_pass.is_some() || self.reading.has_memory()
     }
@@ -87,7 +87,7 @@ impl Sensor {
         self.feels_inertia
     }
 
-    /// Starts as if the load had been at rest like this for a long time.
+    /// Sets the states as if this load had been there for a long time.
     pub(super) fn settle(&mut self, load: &Load) {
         let wrench = self.strain(load);
         if let Some((lag, filter)) = &mut self.low_pass {
@@ -96,7 +96,7 @@ impl Sensor {
         self.reading.settle(&wrench);
     }
 
-    /// One integration step of what remembers.
+    /// Advances filters and delays by an integration step.
     pub(super) fn advance(&mut self, load: &Load) {
         let wrench = self.strain(load);
         let filtered = match &mut self.low_pass {

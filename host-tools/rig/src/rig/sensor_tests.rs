@@ -1,11 +1,11 @@
-//! What the gauges read, turned back into a wrench.
+//! Readings of the gauges, converted back to a wrench.
 
 use super::settings::{SensorSettings, WallSettings};
 use super::*;
 use nalgebra::{Matrix6, Vector6};
 use softdock_control::frames::orientation_from_abc;
 
-/// The wrench that counts stand for, and how far half a count reaches on each axis.
+/// The wrench that counts stand for, and the effect of half a count on each axis.
 fn wrench_of(s: &SensorSettings, counts: [i16; 6]) -> ([f64; 6], [f64; 6]) {
     let units = [s.counts_per_newton; 3]
         .into_iter()

@@ -1,4 +1,4 @@
-//! What a person writes about a simulated rig. SI units, named in the keys.
+//! Settings of a simulated rig, as a person writes them. SI units, named in the keys.
 //!
 //! The defaults are scenario S: a robot that is 32 ms late and stands still for 16 ms when an axis
 //! reverses, a sensor with a light tool that flickers by a gauge count, as real ones do. There is nothing

@@ -16,14 +16,14 @@ use softdock_physics::model::load::{on_tip, tip_motion};
 /// Planes that a mechanism can have.
 pub const MAX_WALLS: usize = 8;
 
-/// What the walls do at one instant.
+/// State of the walls at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Walls {
     /// At M, in M axes.
     pub(super) wrench: Wrench<f64>,
     /// Penetration of each wall, m; negative is the distance, unused walls are 0.
     pub(super) penetration_m: [f64; MAX_WALLS],
-    /// Energy in their springs, J, and the power that goes into it, W.
+    /// Energy in their springs, J, and its rate of change, W.
     stored: [f64; 2],
 }
 
@@ -61,7 +61,7 @@ impl SpringRod {
         })
     }
 
-    /// Of the walls for a pose C_from_M and the twist of M.
+    /// State of the walls for a pose C_from_M and the twist of M.
     pub(super) fn walls(&self, c_from_m: &Pose<f64>, twist: &Twist<f64>) -> Walls {
         let mut all = Walls {
             wrench: Wrench::zero(),
@@ -88,7 +88,7 @@ impl SpringRod {
 }
 
 impl Mechanism for SpringRod {
-    /// What its springs do not store is lost; the forces of hidden effects count as losses.
+    /// Energy that its springs do not store is lost; the forces of hidden effects count as losses.
     fn reaction(&self, at: &Relative) -> Reaction {
         let walls = self.walls(&at.p_from_j, &at.twist);
         let guide = self.guide.stored(&at.p_from_j, &at.twist);

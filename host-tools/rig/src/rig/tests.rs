@@ -87,7 +87,7 @@ fn an_elastic_bounce_comes_back_as_much_too_fast_as_measured() {
     }
 }
 
-/// Settings without delay, lag and pause: what is commanded in a cycle is done in that cycle.
+/// Settings without delay, lag and pause: a command is executed in its own cycle.
 fn immediate(correction: CorrectionMode, hold_on: bool) -> RigSettings {
     let mut settings = RigSettings::default();
     let robot = &mut settings.robot;

@@ -86,7 +86,7 @@ fn sensor_and_mechanism() {
     ]);
 }
 
-/// What was read is what is written, and reads back the same.
+/// Settings that are written read back the same.
 #[test]
 fn settings_survive_a_round_trip_through_toml() {
     let mut settings = RigSettings::default();

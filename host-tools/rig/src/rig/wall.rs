@@ -11,14 +11,14 @@ use softdock_control::frames::vector;
 use softdock_physics::effects::mechanism::contact_coulomb;
 use softdock_physics::effects::{Facing, Group, Law, Penetration};
 
-/// What a wall does to the tip at one instant.
+/// Contact of the tip with a wall at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Contact {
     /// Penetration into the spring, m; negative is the distance to it.
     pub(super) penetration_m: f64,
     /// Force on the tip, N, axes of C.
     pub(super) force: Vector3<f64>,
-    /// Energy in the spring, J, and the power that goes into it, W.
+    /// Energy in the spring, J; in the next field its rate of change, W.
     pub(super) stored_j: f64,
     pub(super) charging_w: f64,
 }

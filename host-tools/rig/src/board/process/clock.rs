@@ -89,7 +89,7 @@ impl Clock for RealClock {
             if self.now_us() >= at_us {
                 return Poll::Ready(());
             }
-            // One that is no longer waited for wakes the task for nothing.
+            // A stale alarm wakes the task without an effect.
             self.wake_at(at_us, context.waker());
             Poll::Pending
         })

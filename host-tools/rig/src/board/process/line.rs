@@ -21,12 +21,12 @@ const STOP_PERIOD: Duration = Duration::from_millis(20);
 /// Longest time for a host to take an answer.
 const WRITE_PATIENCE: Duration = Duration::from_secs(2);
 
-/// How long a host may be silent. Every request of ours is answered or repeated within seconds.
+/// Longest silence of a host. Our own hosts answer or repeat every request within seconds.
 #[derive(Clone, Copy)]
 struct Silence {
-    /// Then another host takes the line over.
+    /// Time after which another host may take the line over.
     takeover: Duration,
-    /// Then it is disconnected in any case.
+    /// Time after which it is disconnected in any case.
     idle: Duration,
 }
 
@@ -162,7 +162,7 @@ fn connect(stream: TcpStream) -> io::Result<(TcpStream, TcpStream)> {
     Ok((stream.try_clone()?, stream))
 }
 
-/// What came of a look for bytes.
+/// Outcome of an attempt to read.
 enum Passed {
     Bytes,
     Nothing,
@@ -170,7 +170,7 @@ enum Passed {
     Gone,
 }
 
-/// Passes on what has come.
+/// Passes received bytes on.
 fn pass_on(stream: &mut impl io::Read, queue: &Mailbox<Vec<u8>>) -> Passed {
     let mut piece = [0; PIECE];
     match stream.read(&mut piece) {
@@ -188,7 +188,7 @@ fn pass_on(stream: &mut impl io::Read, queue: &Mailbox<Vec<u8>>) -> Passed {
     }
 }
 
-/// Opens a pseudo-terminal; its name.
+/// Opens a pseudo-terminal. Returns its name.
 #[cfg(unix)]
 fn open_pty(queue: Mailbox<Vec<u8>>, host: Host, stop: Arc<AtomicBool>) -> Result<String> {
     use serialport::{SerialPort, TTYPort};
@@ -217,7 +217,7 @@ fn open_pty(_: Mailbox<Vec<u8>>, _: Host, _: Arc<AtomicBool>) -> Result<String> 
     bail!("this system has no pseudo-terminals; give a TCP address")
 }
 
-/// What the host says.
+/// Bytes from the host.
 pub(super) struct LineReader {
     received: Mailbox<Vec<u8>>,
     rest: Vec<u8>,
@@ -244,7 +244,7 @@ impl Read for LineReader {
     }
 }
 
-/// What the board answers.
+/// Bytes to the host.
 pub(super) struct LineWriter(Host);
 
 impl ErrorType for LineWriter {
@@ -252,7 +252,7 @@ impl ErrorType for LineWriter {
 }
 
 impl Write for LineWriter {
-    /// A host that is not there, or does not read, misses the answer.
+    /// An answer is lost if there is no host, or it does not read.
     async fn write(&mut self, bytes: &[u8]) -> Result<usize, ErrorKind> {
         if let Some(host) = lock(&self.0).as_mut() {
             let _ = host.write_all(bytes);
@@ -270,8 +270,7 @@ mod tests {
     use super::*;
     use std::io::Read as _;
 
-    /// A line with a host, and what `then` does to it: it is given the address, the host, and a way to wait for
-    /// bytes.
+    /// A line, and a test of it: `then` is given the address, a connected host, and a function that waits for bytes on the line.
     fn with_host(
         silence: Silence,
         then: impl FnOnce(SocketAddr, TcpStream, &dyn Fn(&[u8]) -> bool),

@@ -18,7 +18,7 @@ const WATCH_PERIOD: Duration = Duration::from_millis(50);
 /// with standard input.
 pub(super) fn start_operator(current: Arc<Mutex<Arc<Shared>>>) {
     thread::spawn(move || {
-        // Bytes that are no text are no command either, and no reason to stop listening.
+        // Bytes that are no text are no command, but the thread goes on.
         for line in std::io::stdin().lock().split(b'\n') {
             let Ok(line) = line else { return };
             let line = String::from_utf8_lossy(&line);

@@ -14,7 +14,7 @@ use std::thread::{self, JoinHandle};
 /// Records that wait for the recorder: 4 s of cycles, for a disk that takes its time.
 const RECORD_QUEUE: usize = 1000;
 
-/// Gets the records as they come, on a thread of its own.
+/// Receiver of the records, on a thread of its own.
 pub type Record = Box<dyn FnOnce(&mut dyn Iterator<Item = CycleRecord>) -> Result<()> + Send>;
 
 /// Those who get the record of each cycle.
@@ -30,7 +30,7 @@ pub(super) struct Writers {
 }
 
 impl Writers {
-    /// Waits for their ends, which come when the recorders are gone.
+    /// Waits for the threads, which end when the recorders are dropped.
     pub(super) fn join(self) -> Result<()> {
         if let Some(telemetry) = self.telemetry {
             joined(telemetry, "telemetry")?;
@@ -39,7 +39,7 @@ impl Writers {
     }
 }
 
-/// What a thread gave.
+/// Result of a thread.
 fn joined<T>(thread: JoinHandle<T>, whose: &str) -> Result<T> {
     let gave = thread.join();
     gave.map_err(|_| anyhow!("the {whose}'s thread ended unexpectedly"))

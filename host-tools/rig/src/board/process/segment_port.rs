@@ -1,5 +1,5 @@
-//! The port to the EtherCAT segment: one Ethernet frame in one datagram of UDP. The segment is where the last datagram
-//! came from; one that is too short for a frame only says so.
+//! The port to the EtherCAT segment: one Ethernet frame in one UDP datagram. Frames go to the address of the last datagram
+//! received; a datagram that is too short for a frame only announces that address.
 
 use super::mailbox::Mailbox;
 use anyhow::{Context as _, Result};
@@ -69,7 +69,7 @@ impl EthernetPort for SegmentPort {
     fn poll_send(&mut self, _context: &mut Context<'_>, frame: &[u8]) -> Poll<()> {
         let segment = *self.segment.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(segment) = segment {
-            // One that has gone loses the frame, as a cable does that is out.
+            // If the segment is gone the frame is lost, as on an unplugged cable.
             let _ = self.socket.send_to(frame, segment);
         }
         Poll::Ready(())

@@ -30,9 +30,9 @@ pub(super) struct Io {
     pub(super) can: Option<CanPort>,
     pub(super) ethercat: Option<UdpSocket>,
     pub(super) line: Option<Line>,
-    /// The recorder, in place of that of the settings.
+    /// Address of the recorder, in place of that in the settings.
     pub(super) telemetry: Option<SocketAddr>,
-    /// Who the board is.
+    /// Identity of the board.
     pub(super) identity: String,
 }
 

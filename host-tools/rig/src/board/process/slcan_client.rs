@@ -55,7 +55,7 @@ pub(super) struct AdapterBus {
 type Writer = Arc<Mutex<Option<Port>>>;
 
 impl AdapterBus {
-    /// An adapter that is not there, or goes later, is looked for until `stop` is raised.
+    /// Starts the bus. An adapter that is missing, or gone later, is looked for until `stop` is raised.
     pub(super) fn start(place: AdapterPort, stop: Arc<AtomicBool>) -> Self {
         let bus = Self {
             received: Mailbox::new(QUEUE),
@@ -128,8 +128,8 @@ fn run(
     port.write_all(CLOSING)
 }
 
-/// Waits for what follows a command, up to a pause behind its last answer; false: that was a refusal. An adapter that
-/// says nothing is believed.
+/// Waits for the answers to a command, until the adapter has been silent for a while. Returns false for a refusal; an adapter
+/// that does not answer is taken to agree.
 fn carried_out(
     port: &mut Port,
     lines: &mut AdapterLines,

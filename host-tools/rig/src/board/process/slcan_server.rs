@@ -99,7 +99,7 @@ fn connect(stream: TcpStream) -> std::io::Result<(TcpStream, TcpStream)> {
     Ok((stream.try_clone()?, stream))
 }
 
-/// Reads what has come. False: the client has gone.
+/// Reads received bytes. Returns false if the client is gone.
 fn read(stream: &mut TcpStream, client: &Mutex<Option<Client>>, received: &Mailbox<Frame>) -> bool {
     let mut buffer = [0; 512];
     let length = match stream.read(&mut buffer) {
@@ -132,7 +132,7 @@ impl SensorBus for SlcanBus {
     async fn send(&mut self, frame: &Frame) -> Result<(), IoError> {
         let mut client = lock(&self.client);
         let Some(Client { stream, adapter }) = client.as_mut() else {
-            // Nobody on the bus: the frame is not acknowledged, which the driver's timeout tells.
+            // No client: the frame is not acknowledged, and the driver notices by its timeout.
             return Ok(());
         };
         let mut line = heapless::Vec::<u8, MAX_LINE_BYTES>::new();

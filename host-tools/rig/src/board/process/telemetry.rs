@@ -34,12 +34,12 @@ type Slots = Receiver<'static, CriticalSectionRawMutex, Slot>;
 pub(super) struct Telemetry {
     sink: Sink,
     recorder: SocketAddr,
-    /// The settings as they are announced.
+    /// Image of the settings, which is announced to the recorder.
     image: Vec<u8>,
 }
 
 impl Telemetry {
-    /// To a recorder.
+    /// Telemetry to a recorder.
     pub(super) fn new(settings: &BoardSettings, recorder: SocketAddr) -> Result<Self> {
         let any: SocketAddr = match recorder {
             SocketAddr::V4(_) => (Ipv4Addr::UNSPECIFIED, 0).into(),

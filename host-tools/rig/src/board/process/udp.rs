@@ -36,7 +36,7 @@ impl UdpPort {
         thread::spawn(move || {
             let mut buffer = [0; TELEGRAM_BYTES];
             while !stop.load(Ordering::Relaxed) {
-                // A timeout is a look at `stop`; any other error is a peer's and passes.
+                // After a timeout `stop` is checked; other errors are a peer's and are ignored.
                 if let Ok((length, from)) = socket.recv_from(&mut buffer) {
                     received.push((buffer[..length].to_vec(), from));
                 }

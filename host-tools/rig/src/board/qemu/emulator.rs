@@ -14,7 +14,7 @@ use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
 
 const PROGRAM: &str = "qemu-system-arm";
 
-/// Looks whether QEMU is installed.
+/// Checks that QEMU is installed.
 ///
 /// # Errors
 /// It is not.
@@ -39,7 +39,7 @@ pub(super) fn find() -> Result<()> {
     Ok(())
 }
 
-/// Where the board is reached from outside.
+/// Addresses at which the board is connected.
 pub(super) struct Wires<'a> {
     pub(super) ports: &'a Ports,
     /// With EtherCAT.
@@ -50,7 +50,7 @@ pub(super) struct Wires<'a> {
     pub(super) monitor: Option<SocketAddr>,
 }
 
-/// A running QEMU. It ends with this value.
+/// A running QEMU. It is ended when this value is dropped.
 #[derive(Debug)]
 pub(super) struct Emulator {
     child: Child,
@@ -115,7 +115,7 @@ impl Drop for Emulator {
     }
 }
 
-/// The board's network: the robot's, and on a hub with it the way to the EtherCAT segment.
+/// Network options: the robot's network, and with EtherCAT a hub to the segment's relay.
 fn network(wires: &Wires<'_>) -> Vec<String> {
     let Wires {
         ports,

@@ -17,12 +17,12 @@ use std::path::Path;
 
 /// The board in QEMU's network.
 pub(super) const BOARD: Ipv4Addr = Ipv4Addr::new(10, 0, 2, 15);
-/// This computer in QEMU's network; what comes from its loopback device comes from here.
+/// This computer in QEMU's network: the source of traffic from its loopback device.
 const HOST: Ipv4Addr = Ipv4Addr::new(10, 0, 2, 2);
 /// Length of the network's prefix, bits.
 const PREFIX_BITS: u8 = 24;
 
-/// Blocks, and where they lie.
+/// Blocks of bytes with their offsets.
 pub(super) type Content = Vec<(usize, Vec<u8>)>;
 
 /// The blocks that the firmware reads at boot.
@@ -50,8 +50,7 @@ pub(super) fn content(
     ])
 }
 
-/// The settings as they have to be in QEMU's network: the board's place in it is given, and this
-/// computer has another address there.
+/// Settings changed for QEMU's network, in which the board's address is given and this computer has another address.
 fn behind_qemu(settings: &BoardSettings) -> Result<BoardSettings> {
     let text = |address: &dyn ToString| {
         // 21 characters at most, "255.255.255.255:65535".
@@ -72,7 +71,8 @@ fn behind_qemu(settings: &BoardSettings) -> Result<BoardSettings> {
     Ok(behind)
 }
 
-/// Writes the file: as large as the flash, erased up to the last block, without what lies behind.
+/// Writes a file of the flash's size: erased up to the last block, with the blocks in it. Nothing is written behind the last
+/// block (zeros).
 ///
 /// # Errors
 /// The file cannot be written.
@@ -90,9 +90,9 @@ pub(super) fn write(path: &Path, content: &Content) -> Result<()> {
     write().with_context(|| format!("cannot write the emulated flash to {}", path.display()))
 }
 
-/// A flash that lasts from launch to launch: what its slots hold stays, and only the boot options are
-/// new; without anything in them they get the settings of `content`. The settings that the board will
-/// start with, and the file, locked against other boards.
+/// Prepares a flash that lasts from launch to launch. The contents of its slots stay and only the boot options are new; empty
+/// slots get the settings of `content`. Returns the settings with which the board will start, and the file, locked against other
+/// boards.
 ///
 /// # Errors
 /// The file is no such flash, or cannot be used.

@@ -43,7 +43,7 @@ const POLL_INTERVAL: Duration = Duration::from_millis(20);
 pub struct Qemu {
     /// Settings of the board, for a flash without any.
     pub settings: BoardSettings,
-    /// File that is the board's flash; without one it is forgotten at the end.
+    /// File that is the board's flash; without one the flash is lost at the end.
     pub flash: Option<PathBuf>,
     /// UDP address for the robot's telegrams.
     pub robot: SocketAddr,
@@ -51,7 +51,7 @@ pub struct Qemu {
     pub can: Option<SocketAddr>,
     /// UDP address for the sensor's EtherCAT segment; the firmware is then that with EtherCAT in place of CAN.
     pub ethercat: Option<SocketAddr>,
-    /// TCP address of the service; without, nobody is connected to it.
+    /// TCP address of the service; without one the service is not connected.
     pub service: Option<SocketAddr>,
     /// Arm and start, once, as soon as robot and sensor are healthy.
     pub start: bool,

@@ -1,5 +1,5 @@
-//! The addresses of a board in QEMU. QEMU's own message about a taken one names no reason and
-//! comes late, so they are tried before.
+//! Addresses of a board in QEMU. They are tried before QEMU starts, because its own message about one in use gives no reason and
+//! comes late.
 
 use anyhow::{Context, Result, bail};
 use std::fmt;
@@ -8,13 +8,13 @@ use std::io;
 use std::net::{SocketAddr, SocketAddrV4, TcpListener, UdpSocket};
 use std::ops::Range;
 
-/// Where a free port is looked for: the system gives ports from 32,768 to whoever connects to something, and one of
-/// those may be taken between the look here and the start of QEMU, with the build of the firmware between the two.
+/// Range in which a free port is looked for. Ports from 32,768 on are given to clients by the system: such a one may be taken
+/// between this check and the start of QEMU, as the build of the firmware lies in between.
 const NOT_GIVEN_TO_CLIENTS: Range<u16> = 20_000..32_768;
 /// How many ports are tried before the system is asked for one.
 const TRIES: usize = 32;
 
-/// Addresses that were free a moment ago; a port 0 was replaced by a free one.
+/// Addresses that were free when they were tried; a port 0 was replaced by a free one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Ports {
     /// UDP.
@@ -40,8 +40,8 @@ impl Ports {
                 "QEMU takes the robot on an IPv4 address only, like 127.0.0.1:49152; found {robot}"
             );
         };
-        // All at the same time, so that two of them cannot be the same; QEMU takes them when they
-        // are dropped.
+        // All are bound at the same time, so that no two are the same. They are released when the sockets are dropped, and QEMU
+        // binds them.
         let udp = bound(UdpSocket::bind, robot).with_context(|| taken("robot (UDP)", robot))?;
         let listen = |what: &str, address: SocketAddr| {
             bound(TcpListener::bind, address).with_context(|| taken(what, address))
@@ -68,7 +68,7 @@ pub(super) fn segment(address: SocketAddr) -> Result<UdpSocket> {
     bound(UdpSocket::bind, address).with_context(|| taken("EtherCAT sensor (UDP)", address))
 }
 
-/// A socket that `bind` makes at `address`; for port 0 at one that is free and stays so when the socket is dropped.
+/// Socket made by `bind` at `address`; for port 0 at a free port that no client is given when the socket is dropped.
 pub(super) fn bound<S>(
     bind: impl Fn(SocketAddr) -> io::Result<S>,
     address: SocketAddr,

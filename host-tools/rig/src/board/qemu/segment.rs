@@ -17,9 +17,9 @@ const HEADER_BYTES: usize = 14;
 
 /// A thread that passes frames on.
 pub(super) struct Relay {
-    /// Where QEMU is to listen.
+    /// Address at which QEMU is to listen.
     pub(super) board: SocketAddr,
-    /// Where it is to send.
+    /// Address to which it is to send.
     pub(super) segment: SocketAddr,
     ended: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
@@ -57,7 +57,7 @@ fn pass(socket: &UdpSocket, board: SocketAddr, stop: &AtomicBool) {
     let mut frame = [0; FRAME_BYTES];
     let mut segment = None;
     while !stop.load(Ordering::Relaxed) {
-        // A timeout is a look at `stop`; any other error is a peer's and passes.
+        // After a timeout `stop` is checked; other errors are a peer's and are ignored.
         let Ok((length, from)) = socket.recv_from(&mut frame) else {
             continue;
         };

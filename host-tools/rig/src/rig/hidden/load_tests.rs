@@ -1,4 +1,4 @@
-//! Known answers for what the sensor reads, computed here by hand.
+//! Tests with known answers: readings of the sensor, computed by hand.
 
 use super::tests::{hide, moved, rig_with};
 use crate::rig::{Hidden, Rig};

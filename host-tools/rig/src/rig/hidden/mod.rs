@@ -1,4 +1,4 @@
-//! Effects that a simulated rig hides: what it does, and what nobody told its model.
+//! Effects that a simulated rig hides: its behaviour contains them, its model does not.
 //!
 //! Each entry names an effect of the catalogue with the catalogue's parameters; the rig computes it
 //! with the catalogue's own implementation, on top of what its other settings say.
@@ -59,7 +59,7 @@ pub(super) fn acts_at_walls(effect: &Effect) -> bool {
     matches!(effect.law, Law::Push(_) | Law::Depth(_) | Law::Friction(_))
 }
 
-/// Whether the rig's tool shows an effect on the tool; other effects do not ask for one.
+/// Whether an effect on the tool changes the reading of this rig; true for other effects.
 fn moves_the_reading(hidden: &Hidden, settings: &RigSettings) -> Result<bool> {
     let effect = hidden.effect()?;
     let Law::Tool(law) = effect.law else {
@@ -71,7 +71,7 @@ fn moves_the_reading(hidden: &Hidden, settings: &RigSettings) -> Result<bool> {
     Ok(law(&effect.values(&hidden.parameters), &state) != Wrench::zero())
 }
 
-/// Whether the rig has a docking mechanism that is another one then; other effects do not ask for one.
+/// Whether an effect on docking mechanisms changes one of this rig; true for other effects.
 fn changes_a_docking(hidden: &Hidden, settings: &RigSettings) -> Result<bool> {
     let effect = hidden.effect()?;
     let Law::Docking(law) = effect.law else {
@@ -108,7 +108,7 @@ fn acts(hidden: &Hidden, settings: &RigSettings) -> Result<()> {
         moves_the_reading(hidden, settings)?,
         "`{id}` needs a tool with weight, and `rig.sensor.tool_mass_kg` is 0"
     );
-    // A sum of intervals walks away from the wrench's clock: only logs of others have it.
+    // A sum of scattered intervals drifts away from the wrench's clock: that exists only in logs of other machines.
     let scatters = matches!(hidden.effect()?.law, Law::Clock(Clock::Scatter(_)));
     let walks = Scatter::of(&hidden.parameters).is_some_and(|scatter| scatter.of_intervals);
     ensure!(

@@ -25,7 +25,7 @@ pub fn apply(hidden: &[Hidden], settings: &mut Settings) -> Result<()> {
             ids.push(effect.id);
         }
     }
-    // What is wrong without them is no error of theirs.
+    // Settings that were invalid before are no error of these effects.
     if settings.validate().is_ok() {
         let with = || format!("with [[rig.hidden]] {}", ids.join(", "));
         changed.validate().with_context(with)?;

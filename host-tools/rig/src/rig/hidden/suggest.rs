@@ -1,4 +1,4 @@
-//! Plausible sizes: what a rig could really hide, and a diagnosis could find.
+//! Plausible sizes of hidden effects: possible on a rig, and large enough for a diagnosis to find.
 
 use super::{Hidden, effect, spacecraft};
 use crate::rig::RigSettings;

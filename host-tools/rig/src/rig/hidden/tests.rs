@@ -57,8 +57,8 @@ pub(super) fn moved(settings: &RigSettings, cycles: u64, velocity: impl Fn(u64) 
     rig
 }
 
-/// One entry: the effect, whether the motion reverses half-way, by how many mm it changes the
-/// position after 50 cycles at 10 mm/s, and what rounding leaves.
+/// One entry: the effect and its parameters, whether the motion reverses half-way, the change of the position after 50 cycles at
+/// 10 mm/s, mm, and the tolerance of rounding.
 type MotionCase = (&'static str, &'static [(&'static str, f64)], bool, f64, f64);
 
 const MOTIONS: &[MotionCase] = &[
