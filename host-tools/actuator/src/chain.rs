@@ -16,7 +16,7 @@ pub enum PauseKind {
     Resumes,
     /// It stands still, and then starts from rest.
     RestartsFromRest,
-    /// Its drive is told to stand still: it comes to rest as its dynamics let it.
+    /// Its drive is commanded to stand still: it comes to rest as its dynamics let it.
     HoldsCommand,
 }
 

@@ -219,7 +219,7 @@ fn segments_at_once_are_their_parts_one_after_the_other() {
     }
 }
 
-/// A telegram rounds what was sent; the planner limits what it is told, and the gain is of what it plans.
+/// A telegram rounds what was sent; the planner limits the rounded velocity, and the gain acts on the planned one.
 #[test]
 fn rounding_planner_and_gain_act_in_this_order() {
     let mut chain = Chain::nominal(0.0, 0.0);

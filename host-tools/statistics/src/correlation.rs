@@ -51,7 +51,7 @@ fn product_sums(series: &[f64]) -> Vec<f64> {
     buffer[..count].iter().map(|c| c.re / size).collect()
 }
 
-/// Number of successive values that count as one, at least 1: `1 + 2 Σ ρ(k)`. The sum is cut by [`SOKAL_WINDOW`], or after a
+/// Number of successive values that count as one, at least 1: `1 + 2 Σ ρ(k)`. The sum is cut by Sokal's window (1997), or after a
 /// quarter of the series.
 pub fn correlated_cycles(series: &[f64]) -> f64 {
     if product_sum(series, 0) <= 0.0 {

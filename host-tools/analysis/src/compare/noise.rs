@@ -1,4 +1,4 @@
-//! The noise that the recording itself shows, held against the data sheet.
+//! The noise that the recording itself shows, compared with the data sheet.
 
 use super::Source;
 use super::regime::quantity;

@@ -1,5 +1,5 @@
-//! Checks whether a recording can be compared with a model. They apply to any recording, before a fit concludes something from a
-//! wrong one.
+//! Checks whether a recording can be compared with a model. These checks apply to any recording, before a fit concludes something
+//! from a wrong one.
 //!
 //! Whatever makes a comparison meaningless is an error. Whatever a person has to look at is a warning: a suspected unit is
 //! reported, never corrected, because only the user knows the right one.

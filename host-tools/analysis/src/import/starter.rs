@@ -57,7 +57,7 @@ const LARGEST: f64 = 1.5;
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Told {
-    /// What the wrench is.
+    /// Meaning of the wrench.
     pub wrench: Option<WrenchMeaning>,
     /// Gravity in C, m/s².
     pub gravity_m_s2: Option<[f64; 3]>,

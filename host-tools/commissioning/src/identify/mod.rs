@@ -38,7 +38,7 @@ use softdock_physics::model::log::Log;
 ///
 /// # Errors
 ///
-/// A recording without a whole stretch, or in which no axis is told to move as it takes.
+/// A recording without a whole stretch, or in which no axis shows how the robot follows.
 pub fn identify(recording: &Recording) -> Result<Identification> {
     let log = Log::new(&Model::default(), recording)?;
     let (tracks, mut refused) = track::tracks(&log);

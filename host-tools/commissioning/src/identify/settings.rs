@@ -74,7 +74,7 @@ mod tests {
     use super::*;
     use softdock_physics::model::Axis;
 
-    /// The board takes an age that it is told as known for the only one.
+    /// The board takes an age that is marked as known for the only possible one.
     #[test]
     fn an_age_is_known_where_no_other_is_possible() {
         for (low, high, says) in [

@@ -1,10 +1,10 @@
 //! Which structure an axis has: the simplest that suffices.
 //!
-//! Every response (none, lag, servo) is fitted, with a pause if the axis reverses; where that leaves
-//! more than noise, with limits of the acceleration as well. The residual then shows how noisy the
-//! positions are, and all structures are fitted again with an allowance for the uncertain instants of
-//! reversals. Each further parameter has to earn its price in 2 Δ log L. The likelihood is that of the
-//! number of values that are independent of each other.
+//! Every response (none, lag, servo) is fitted, with a pause if the axis reverses. The residual shows
+//! how noisy the positions are, and all structures are fitted again with an allowance for the
+//! uncertain instants of reversals. Where that leaves more than noise, limits of the acceleration and of
+//! the velocity are tried as well. Each further parameter has to earn its price in 2 Δ log L. The
+//! likelihood is that of the number of values that are independent of each other.
 
 use super::answer::{Answer, mean_of_servo};
 use super::judge::{Judge, leaves_more_than_noise, noise_of};

@@ -20,7 +20,7 @@ pub struct LiveRecorder {
     cycles: u64,
     /// When the last cycle came.
     heard: Instant,
-    /// The recording goes away with this, where nobody wants it.
+    /// Temporary folder of the recording, deleted with this value; None if the recording is kept.
     folder: Option<tempfile::TempDir>,
 }
 
@@ -110,8 +110,7 @@ impl LiveRecorder {
         Ok((Recording::open(&part.path)?, notes))
     }
 
-    /// Ends the recording of a measurement that did not come to its end: what is kept of it, for a
-    /// person.
+    /// Ends the recording of a measurement that was broken off. Returns a sentence on what is kept of it.
     pub fn interrupted(self) -> String {
         if self.folder.is_some() {
             return "no recording is kept (--keep names a file for one)".to_owned();

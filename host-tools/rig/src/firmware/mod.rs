@@ -16,7 +16,7 @@ pub use usage::{Usage, usage};
 
 use clap::ValueEnum;
 
-/// Link of a board's sensor.
+/// What the sensor of a board is on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum SensorLink {
     /// CAN; the robot is on the on-board Ethernet

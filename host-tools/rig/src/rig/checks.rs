@@ -19,7 +19,7 @@ pub(super) fn check_all(field: &str, values: &[f64], low: f64, high: f64) -> Res
         .try_for_each(|value| check(field, *value, low, high))
 }
 
-/// What an effect refused, under the name of the key that it was read from.
+/// Turns the error of an effect into one that names the key from which the value was read.
 pub(super) fn named<T>(field: &str, built: Result<T, SettingsError>) -> Result<T> {
     built.map_err(|error| {
         let SettingsError {
@@ -32,7 +32,7 @@ pub(super) fn named<T>(field: &str, built: Result<T, SettingsError>) -> Result<T
     })
 }
 
-/// What an effect refused, where the keys are its parameters behind a prefix.
+/// The same where the keys are the names of the effect's parameters behind a prefix.
 pub(super) fn prefixed<T>(prefix: &str, built: Result<T, SettingsError>) -> Result<T> {
     match built {
         Err(error) => named(&format!("{prefix}{}", error.field), Err(error)),

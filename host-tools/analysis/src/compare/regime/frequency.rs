@@ -27,7 +27,7 @@ pub struct Spectrum {
 }
 
 impl Spectrum {
-    /// Of a series of cycles.
+    /// Spectrum of a series of cycles.
     pub fn of(series: &Series, cycle_s: f64) -> Self {
         let power = periodogram(&series.relative);
         let count = series.relative.len().max(1) as f64;

@@ -122,7 +122,7 @@ pub struct Regime {
     pub offset_share: f64,
     /// That offset, in the channel's unit.
     pub offset: f64,
-    /// Where most of the error stands, if its size depends, or its band of frequencies.
+    /// Where most of the error is, if its size depends on the quantity; of a frequency its band.
     pub at: Option<Interval>,
     /// Probability of at least this share by chance, given the correlation of the error in time.
     pub p: f64,
@@ -157,7 +157,7 @@ pub(super) struct Regimes<'a> {
 }
 
 impl<'a> Regimes<'a> {
-    /// Prepares the quantities of a recording. `axes` errors will be held against them.
+    /// Prepares the quantities of a recording. `axes`: number of errors that will be compared with them.
     pub(super) fn new(
         source: &'a Source<'a>,
         motion: &Motion,

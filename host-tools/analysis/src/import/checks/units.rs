@@ -286,7 +286,7 @@ fn step(before: &[f64; 7], after: &[f64; 7]) -> [f64; 6] {
     .get()
 }
 
-/// What to do about a pose that changes so many times as fast as its velocity says; None if that may be.
+/// Advice on a pose that changes `ratio` times as fast as its velocity says; None if that ratio is plausible.
 fn other_unit(axis: Axis, ratio: f64) -> Option<String> {
     const DEGREES: f64 = 180.0 / PI;
     // Section, unit, the factor that it makes, and the tolerance of this factor. Units of rotation are close to each other, and

@@ -108,7 +108,7 @@ pub(super) enum Duplicates {
 /// A rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Resample {
-    /// That of the median step.
+    /// The rate of the median step.
     Auto,
     /// This one, Hz, above 0.
     Hz(f64),
@@ -145,7 +145,7 @@ pub(super) enum Gaps {
     Bridge,
 }
 
-/// In which rows the loop was closed; in the others the rig was told how to move.
+/// In which rows the loop was closed; in the others the motion was commanded.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct Mode {

@@ -227,7 +227,7 @@ const TEST: &str = "test";
 
 /// Successive cycles, not yet checked.
 struct Stretch {
-    /// Of the tables.
+    /// Names of the tables.
     name: String,
     /// The same with the part of the tables, for messages.
     said: String,

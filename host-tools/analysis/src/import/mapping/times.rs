@@ -44,7 +44,7 @@ pub(super) fn cycle_numbers(times: &[f64]) -> Vec<u64> {
     std::iter::once(0).chain(rest).take(times.len()).collect()
 }
 
-/// Pieces between which more time goes by than so long, s.
+/// Splits rows into pieces where more than `longest_s` passes from a row to the next.
 pub(super) fn split(times: &[f64], longest_s: f64) -> Vec<Range<usize>> {
     let ends = (1..times.len()).filter(|n| times[*n] - times[n - 1] > longest_s);
     let mut pieces = Vec::new();

@@ -43,7 +43,7 @@ fn driver(answers: &Answers) -> Check {
     }
 }
 
-/// What to look at, by the beginning of a state that may be cut off.
+/// Advice for a state of the driver, by the beginning of its name, which may be cut off.
 fn advice(state: &str) -> &'static str {
     let fault = state.trim_start_matches("Failed(");
     [

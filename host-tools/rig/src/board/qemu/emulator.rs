@@ -42,7 +42,7 @@ pub(super) fn find() -> Result<()> {
 /// Addresses at which the board is connected.
 pub(super) struct Wires<'a> {
     pub(super) ports: &'a Ports,
-    /// With EtherCAT.
+    /// The way to the EtherCAT segment, if the sensor is on one.
     pub(super) relay: Option<&'a Relay>,
     /// The firmware's UDP port for the robot.
     pub(super) rsi_port: u16,
