@@ -142,7 +142,7 @@ fn at_noise(errors: &[AxisError], strays: bool) -> String {
     format!("The model agrees with the recording: every error is at the noise{largest}.")
 }
 
-/// Phases and times of an error. None if the error is everywhere and a regime says more.
+/// Phases and times of an error. None if a regime says more: the error is everywhere, or these phases hold too little of it.
 fn place(failure: &Failure) -> Option<String> {
     let share: f64 = failure.phases.iter().map(|p| p.share).sum();
     let percent = number::percent(share, 0);

@@ -46,8 +46,7 @@ impl Comparison {
     }
 
     /// Writes [`Self::series_table`] as CSV, Parquet or MCAP, by the ending of `path`. MCAP has the compared recording beside it,
-    /// as
-    /// [`Recording::write_ros2`] writes it.
+    /// as [`Recording::write_ros2`] writes it.
     ///
     /// # Errors
     /// Another ending, or a file that cannot be written.

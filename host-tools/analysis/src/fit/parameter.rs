@@ -11,7 +11,7 @@ use softdock_physics::model::{
     Allowed, BodyModel, EffectModel, GuideModel, Model, known_parameters,
 };
 
-/// Bound of a nominal parameter, in its SI unit (s, m, N/m ...): far beyond any rig.
+/// Bound of a nominal parameter, and of the range of an effect's, in its SI unit (s, m, N/m ...): far beyond any rig.
 const HUGE: f64 = 1e9;
 /// Step of a numerical derivative, relative to the value of an effect's parameter.
 const RELATIVE_STEP: f64 = 1e-3;

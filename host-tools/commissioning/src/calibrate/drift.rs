@@ -27,7 +27,7 @@ const LEVEL: f64 = 1e-4;
 /// Autocorrelation of neighbouring poses, in its standard deviations, from which on the zero wanders: by chance once in 30,000
 /// axes.
 const AGREE: f64 = 4.0;
-/// The wandering zero is averaged over one such part of the poses.
+/// The wandering zero is averaged over the number of poses divided by this.
 const WINDOW: usize = 8;
 const NAMES: [&str; 6] = [
     "force x", "force y", "force z", "torque x", "torque y", "torque z",

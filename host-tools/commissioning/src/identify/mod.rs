@@ -7,7 +7,7 @@
 //!   suffices, `answer` gives its parameters with intervals,
 //! - `latency` tells the age of the reported pose from the robot's delay, where a tool is heavy
 //!   enough to be felt,
-//! - `outcome` is the answer, `page` and `settings` write it down,
+//! - `outcome` is the answer, `tables` and `settings` write it down,
 //! - `live` jogs a robot that is there.
 //!
 //! Positions are compared, not velocities: their noise is white, while a velocity made of 20 µm of

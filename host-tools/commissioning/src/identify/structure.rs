@@ -182,8 +182,8 @@ fn starts_of(structure: Structure, start: &Start) -> Vec<Vec<f64>> {
     starts
 }
 
-/// Initial values with a limit, from one that just acts to a much smaller one. The others are those fitted without a limit in
-/// `before`, or `first`.
+/// Initial values with a limit, from one that just acts to a much smaller one. The other values are those of the fit without a
+/// limit in `before`, or, if there is none, `first`.
 fn starts_with_limit(
     track: &Track,
     structure: Structure,

@@ -25,7 +25,7 @@ pub(super) struct Track {
     pub sent: Vec<f64>,
     /// Measured position at each cycle, m or rad.
     pub position: Vec<f64>,
-    /// First cycle whose commands are all known.
+    /// First cycle in which all commands that act are known.
     pub first: usize,
     /// Steps of the position that no actuator has to explain.
     pub steps: Steps,

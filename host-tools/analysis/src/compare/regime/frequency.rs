@@ -58,7 +58,8 @@ impl Spectrum {
     }
 }
 
-/// The error by bands of frequencies, with the score of the band about its strongest line. None if nothing swings.
+/// The error by bands of frequencies, with the score of the band about its strongest line. None if there is no line above
+/// [`SWINGS_HZ`].
 pub(super) fn of(
     source: &Source<'_>,
     series: &Series,
