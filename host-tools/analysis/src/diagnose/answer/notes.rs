@@ -275,8 +275,16 @@ impl Answer<'_> {
                 listed(ids)
             )
         });
+        let run_off = reduction.run_off.iter().map(|(id, off)| {
+            let [without, with] = off.map(|off| number::significant(100.0 * off, 3));
+            format!(
+                "{id} is not named: simulated forward the motion is off by {with} % of itself with it, and by {without} % without. Noise of the \
+                 acceleration makes a mass look smaller than it is: a [filter] in the mapping of the import with a lower cutoff keeps the noise down."
+            )
+        });
         curves
             .chain(same)
+            .chain(run_off)
             .chain(undetermined)
             .chain(done_without)
             .chain(refused)

@@ -1,10 +1,12 @@
 //! How the error falls as named effects are added one after the other, and which effects are refused for it.
 
 use super::for_prediction;
+use super::foresight::off_by;
 use super::late_by_foretelling;
 use super::left_over::left_of_actuator;
 use super::reversal;
-use crate::diagnose::evidence::{FORETELLS, RISES};
+use crate::diagnose::catalogue::is_of_the_tool;
+use crate::diagnose::evidence::{FORETELLS, RISES, RUNS_OFF};
 use crate::diagnose::logs::Logs;
 use crate::diagnose::named::{Named, with_effects};
 use crate::diagnose::question::Question;
@@ -37,6 +39,9 @@ pub(crate) struct ErrorReduction {
     pub done_without: Vec<String>,
     /// Ids of effects that are not named, as the intervals of all their parameters include 0.
     pub undetermined: Vec<String>,
+    /// Masses and inertias that are not named, as the simulated motion runs off with them, and how far that is off without and with
+    /// each, relative to the motion.
+    pub run_off: Vec<(String, [f64; 2])>,
 }
 
 /// Effects with which the error is larger, or hardly smaller where structure is left or errors of form may be all that they
@@ -68,9 +73,10 @@ impl ErrorReduction {
         let mut known = Known::new(model, recordings, found, stages, asked);
         let mut everything: Vec<usize> = (0..known.all.len()).collect();
         known.refit(&everything)?;
-        let (undetermined, refused) = match asked {
-            true => (Vec::new(), Vec::new()),
+        let (run_off, undetermined, refused) = match asked {
+            true => (Vec::new(), Vec::new(), Vec::new()),
             false => (
+                known.without_lost_mass(&mut everything)?,
                 known.without_vague(&mut everything)?,
                 known.refuse(&mut everything)?,
             ),
@@ -91,6 +97,7 @@ impl ErrorReduction {
             refused,
             refitted,
             undetermined,
+            run_off,
             late,
             done_without,
         };
@@ -318,6 +325,35 @@ impl<'a> Known<'a> {
         self.refitted = errors;
         self.predictions.clear();
         Ok(())
+    }
+
+    /// Removes errors of a mass or an inertia with which hardly any of it is left, so that the simulated motion
+    /// [runs off](RUNS_OFF). Noise of the acceleration makes a regression find less mass than moves (errors in variables).
+    fn without_lost_mass(
+        &mut self,
+        effects: &mut Vec<usize>,
+    ) -> anyhow::Result<Vec<(String, [f64; 2])>> {
+        let mut gone = Vec::new();
+        for k in effects.clone() {
+            let id = self.all[k].effect.id.clone();
+            if !is_of_the_tool(&id) {
+                continue;
+            }
+            let others = without(effects, k);
+            let off = [&others, &*effects].map(|effects| {
+                let model = with_effects(self.model, effects.iter().map(|k| &self.all[*k]));
+                off_by(&model, self.recordings.test())
+            });
+            if let [Some(less), Some(with)] = off
+                && with > RUNS_OFF
+                && with > RUNS_OFF * less
+            {
+                gone.push((id, [less, with]));
+                *effects = others;
+                self.refit(effects)?;
+            }
+        }
+        Ok(gone)
     }
 
     /// Removes effects whose intervals do not exclude that they are absent, one at a time; an effect without which unseen data
