@@ -1,9 +1,8 @@
-//! What is believed about the robot: how late, and with which dynamics, it does what it is told.
+//! What the settings say about the robot: its delay and its dynamics.
 //!
-//! In the order of the chain: a transport delay, a first-order lag, a second-order servo, and a
-//! pause when the executed velocity crosses zero. `softdock identify actuator` measures them. The
-//! default is a pure delay: of all wrong beliefs it is the one with which no law diverges, while a
-//! lag that is believed and not there is inverted and does.
+//! In the order of the chain: a transport delay, a first-order lag, a second-order servo, and a pause when the executed velocity
+//! crosses zero. `softdock identify actuator` measures them. The default is a pure delay: it is the wrong assumption with which
+//! no law diverges. A lag that is assumed and not there is inverted, and that diverges.
 
 use crate::range::{SettingsError, in_range};
 
@@ -98,7 +97,7 @@ mod tests {
         }
     }
 
-    /// Of a ramp that goes through it: lags add up.
+    /// The delay of a ramp through the chain: lags add up.
     #[test]
     fn the_mean_delay_is_that_of_a_slow_motion() {
         let robot = ActuatorSettings {

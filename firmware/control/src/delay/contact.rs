@@ -1,9 +1,9 @@
 //! The direction of a contact, and force and motion along it.
 //!
-//! The measured wrench itself tells the direction: its force and its lever, averaged over some
-//! cycles. Along a contact a law works with numbers instead of vectors, in any pose and for two
-//! free spacecraft. A contact opens when the force exceeds a threshold while they approach, and is
-//! followed until the force is gone and the law lets it close. A load that is a torque alone is no contact here.
+//! The direction is that of the measured wrench: its force and its lever, averaged over some cycles. Along it a law computes with
+//! scalars instead of vectors, for any pose and two free spacecraft. A contact opens when the force exceeds a threshold while the
+//! two approach each other. It is followed until the force is gone and the law lets it close. A load that is a torque alone does
+//! not count as a contact here.
 
 use super::LawInput;
 use super::actuator::ActuatorSettings;
@@ -12,7 +12,7 @@ use crate::frames::{Pose, Twist, Wrench};
 use crate::scalar::Scalar;
 use nalgebra::Vector3;
 
-/// Of the averaged wrench, per cycle: ten cycles of memory.
+/// Forgetting factor of the averaged wrench, per cycle: a memory of ten cycles.
 const FORGETTING_FACTOR: f64 = 0.9;
 /// Largest force along a contact that a law deals with, N.
 const LARGEST_N: f64 = 1e5;
@@ -20,15 +20,15 @@ const LARGEST_N: f64 = 1e5;
 const LONGEST_M: f64 = 1e2;
 /// Cycles below the threshold after which a contact is over: an impact's force may cross zero in between.
 const QUIET_CYCLES: u32 = 8;
-/// Latencies of the reported pose that are made up for, cycles.
+/// Number of latencies of the reported pose that are compensated: 0 to 8 cycles.
 pub(super) const LATENCIES: usize = 9;
 
-/// The line of a contact and what is needed to follow it.
+/// The line of a contact and the state that is needed to follow it.
 #[derive(Clone, Debug)]
 pub(super) struct ContactLine<S: Scalar> {
     threshold: S,
     latency: usize,
-    /// Sum of the wrench that forgets.
+    /// Exponentially forgetting sum of the wrench; only its direction is used.
     average: Wrench<S>,
     /// Force part of length 1, along the push of the surface; axes of M.
     direction: Wrench<S>,
@@ -47,7 +47,7 @@ pub(super) struct Along<S: Scalar> {
     pub(super) opened: bool,
     /// Force, N.
     pub(super) load: S,
-    /// Force when the reported pose was true, N.
+    /// Force at the time of the reported pose, N.
     pub(super) load_then: S,
     /// Measured motion since the last cycle, m.
     pub(super) moved: S,
@@ -72,7 +72,7 @@ impl<S: Scalar> ContactLine<S> {
         }
     }
 
-    /// Takes a cycle in; an open contact's numbers.
+    /// Takes in a cycle. Returns the quantities along the contact; `None` if none is open.
     pub(super) fn update(&mut self, input: &LawInput<'_, S>) -> Option<Along<S>> {
         let before = self.last_pose.replace(*input.measured);
         self.average = self.average * S::of(FORGETTING_FACTOR) + *input.wrench;
@@ -101,7 +101,7 @@ impl<S: Scalar> ContactLine<S> {
         self.open
     }
 
-    /// What every law along a contact says of itself: whether one is open.
+    /// The part of the status that all laws along a contact share: whether a contact is open.
     pub(super) fn status(&self) -> LawStatus {
         let mut status = LawStatus::default();
         if self.open {
@@ -110,12 +110,12 @@ impl<S: Scalar> ContactLine<S> {
         status
     }
 
-    /// The contact is over if the force has long been below the threshold.
+    /// Closes the contact if the force has been below the threshold for more than [`QUIET_CYCLES`].
     pub(super) fn close_when_quiet(&mut self) {
         self.close_after(QUIET_CYCLES);
     }
 
-    /// The contact is over if the force has been below the threshold for more cycles than that.
+    /// Closes the contact if the force has been below the threshold for more than `cycles` cycles.
     pub(super) fn close_after(&mut self, cycles: u32) {
         if self.quiet_cycles > cycles {
             self.open = false;
@@ -133,13 +133,14 @@ impl<S: Scalar> ContactLine<S> {
         saturated(self.direction.force.dot(&wrench.force), LARGEST_N)
     }
 
-    /// The part of a motion that goes along the contact; linear in C, angular in M.
+    /// The component of a motion along the contact. `motion` is linear in C, angular in M.
     pub(super) fn part(&self, motion: &Twist<S>, input: &LawInput<'_, S>) -> S {
         let linear = input.measured.rotation.inverse() * motion.linear;
         self.direction.force.dot(&linear) + self.direction.torque.dot(&motion.angular)
     }
 
-    /// The motion that a push along the contact gives the spacecraft, per unit along the contact.
+    /// The motion that a force along the contact gives the pair of spacecraft, normalised to 1 along the contact; linear in C,
+    /// angular in M. Zero if the force moves nothing.
     pub(super) fn push(&self, input: &LawInput<'_, S>) -> Twist<S> {
         let answer = input.bodies.mobility(input.state, &self.direction);
         let size = self.dot(&answer);
@@ -157,7 +158,7 @@ impl<S: Scalar> ContactLine<S> {
         self.part(&input.model_end, input)
     }
 
-    /// The direction from the averaged wrench.
+    /// Updates the direction from the averaged wrench; where forces cancel (below a tenth of the threshold) it stays.
     fn turn(&mut self) {
         let force = length(&self.average.force);
         if force < self.threshold * S::of(0.1) {
@@ -206,7 +207,7 @@ pub(super) fn step<S: Scalar>(before: &Pose<S>, now: &Pose<S>) -> Twist<S> {
     }
 }
 
-/// Length, scaled by the largest component: squares might leave fixed point.
+/// Length. It is scaled by the largest component, as squares might leave fixed point.
 fn length<S: Scalar>(v: &Vector3<S>) -> S {
     let largest = v.amax();
     if largest <= S::zero() {
@@ -228,7 +229,7 @@ mod tests {
     use crate::settings::BodySettings;
     use nalgebra::{Quaternion, UnitQuaternion};
 
-    /// The line of a robot whose pose is this late, with contacts from 1 N on.
+    /// The line of a contact from 1 N on, with a reported pose that is this many cycles late.
     fn line(latency: u8) -> ContactLine<f64> {
         let actuator = ActuatorSettings {
             feedback_latency_cycles: latency,
@@ -242,7 +243,7 @@ mod tests {
         Wrench::of(&[x, y, z, a, b, c])
     }
 
-    /// Two that turn towards each other with K beside Q, and the force that meets them.
+    /// Two spacecraft that approach each other while they rotate, K beside Q, and the force between them.
     fn meeting() -> (Spacecraft, Wrench<f64>) {
         let k = BodySettings {
             position_m: [0.5, 0.3, -0.2],
@@ -287,7 +288,7 @@ mod tests {
         assert_eq!(opened, [true, false, false, false]);
     }
 
-    /// Eight cycles below the threshold, and as many as a law asks for.
+    /// The contact closes after eight cycles below the threshold, or after as many as a law asks for.
     #[test]
     fn a_contact_is_over_when_it_has_been_quiet_for_long_enough() {
         let spacecraft = Spacecraft::before_a_wall([-0.001, 0.0, 0.0]);
@@ -318,7 +319,7 @@ mod tests {
         }
     }
 
-    /// Of one cycle ago with 0.9 of its weight. A force of 100 kN, and a lever of 100 m, are the most.
+    /// A wrench of one cycle ago has 0.9 of its weight. Forces are limited to 100 kN and levers to 100 m.
     #[test]
     fn the_direction_is_that_of_the_averaged_force_with_its_lever() {
         let spacecraft = Spacecraft::before_a_wall([-0.001, -0.001, 0.0]);
@@ -339,7 +340,8 @@ mod tests {
         assert_eq!(line.direction.torque.z, LONGEST_M);
     }
 
-    /// A force that turns around leaves a sum of 0.05 N, then of 0.15 N: a tenth of the threshold tells a direction.
+    /// A force that changes its sign leaves a sum of 0.05 N, then of 0.15 N: from a tenth of the threshold on a direction is
+    /// taken.
     #[test]
     fn forces_that_cancel_each_other_do_not_turn_the_direction() {
         for (back, turned) in [(-8.95, false), (-9.05, false), (-8.85, true), (-9.15, true)] {
@@ -368,7 +370,7 @@ mod tests {
         assert!((found.velocity - before).abs() < 1e-12);
         assert!((found.load - load.force.norm()).abs() < 1e-9);
         assert_eq!(found.moved, 0.0);
-        // What a wrench changes of it, and where it has moved after a cycle.
+        // The change by a wrench, and the displacement after a cycle.
         spacecraft.step(&load);
         let after = power(&spacecraft);
         let change = found.mobility * load.force.norm() * CYCLE_S;
@@ -381,7 +383,7 @@ mod tests {
         assert!((moved / mean - 1.0).abs() < 1e-3, "{moved} {mean}");
     }
 
-    /// 1 along the contact, and in all directions what the pair answers to a force along it.
+    /// It is 1 along the contact, and has the direction of the response of the pair to a force along it.
     #[test]
     fn a_push_is_the_motion_that_a_force_along_the_contact_makes() {
         let (spacecraft, load) = meeting();
@@ -403,7 +405,7 @@ mod tests {
         for latency in [0, 1, 3, 8] {
             let spacecraft = Spacecraft::before_a_wall([-0.001, 0.0, 0.0]);
             let mut line = line(latency);
-            // What was there before the contact does not count.
+            // Loads before the contact do not count.
             for cycle in 0..12 {
                 let load = wrench([10.0 + f64::from(cycle), 0.0, 0.0], [0.0; 3]);
                 let along = line.update(&spacecraft.input(&load)).unwrap();
@@ -445,7 +447,7 @@ mod tests {
         }
     }
 
-    /// Also where squares would leave fixed point.
+    /// This holds also where squares would leave fixed point.
     #[test]
     fn a_length_is_that_of_the_vector() {
         use crate::scalar::Fixed;

@@ -6,10 +6,10 @@
 //!
 //! Abiko, Uchiyama and others (Tohoku), "Delay time compensation based on coefficient of restitution for collision hybrid
 //! motion simulator": straight flight for a delay, then motion by the stiffness, parameters by iteration for a desired
-//! restitution; friction very small. Only the abstract was at hand. It leaves open what the parameters are; here:
-//! - One, the damping c of the model's velocity along the contact while a force is felt: a force that is late by τ is a
-//!   negative damping of k τ.
-//! - The contact that it is found for is, with ω = 1 and φ = ω τ,
+//! restitution; friction very small. Only the abstract was at hand. It does not say what the parameters are. Choices made here:
+//! - The only parameter is the damping c of the model's velocity along the contact while a force is felt, as a force that is late
+//!   by τ acts like a negative damping of k τ.
+//! - c is found for this delayed contact, with ω = 1 and φ = ω τ:
 //!
 //!   ```text
 //!   v' = −X − 2 ζ v    X' = v(t − φ)    v = 1 until the touch, over at X = 0
@@ -28,7 +28,7 @@ use nalgebra::ComplexField;
 /// Longest integration step, in 1/ω, and most steps of a contact.
 const LONGEST_STEP: f64 = 0.05;
 const MOST_STEPS: usize = 400;
-/// Largest φ, beyond which no law serves a first contact, and steps of a delay that long.
+/// Largest φ, beyond which no law serves a first contact, and the largest number of integration steps in a delay.
 const LARGEST_PHASE: f64 = 2.0;
 const DELAY_STEPS: usize = 41;
 /// Below this φ the damping is that of the small delay, φ/2.
@@ -36,7 +36,7 @@ const SMALL_PHASE: f64 = 0.02;
 /// Largest damping ratio, and halvings of its range.
 const LARGEST_RATIO: f64 = 2.0;
 const HALVINGS: usize = 14;
-/// Part of the model's speed that the damping takes in a cycle at most, and its largest force, N.
+/// Largest part of the model's speed that the damping takes in a cycle, and its largest force, N.
 const LARGEST_SHARE: f64 = 0.5;
 const LARGEST_N: f64 = 1e6;
 
@@ -55,7 +55,7 @@ pub struct DesiredRestitutionSettings: "delay.desired_restitution" {
 }
 }
 
-/// The law and its contact. It counts in f64 whatever the scalar of the cycle is.
+/// The law and its contact. It computes in f64 whatever the scalar type of the cycle is.
 #[derive(Clone, Debug)]
 pub struct DesiredRestitution<S: Scalar> {
     settings: DesiredRestitutionSettings,
@@ -79,7 +79,7 @@ impl<S: Scalar> DesiredRestitution<S> {
         }
     }
 
-    /// The measured wrench with the damping.
+    /// The measured wrench plus the damping force.
     pub fn condition(&mut self, input: &LawInput<'_, S>) -> Wrench<S> {
         let measured = *input.wrench;
         let Some(along) = self.line.update(input) else {
@@ -102,7 +102,7 @@ impl<S: Scalar> DesiredRestitution<S> {
         measured + self.line.wrench(S::of(force.clamp(-LARGEST_N, LARGEST_N)))
     }
 
-    /// What it knows: whether a contact is open.
+    /// Status: stiffness and delay as set, and whether a contact is open.
     pub fn status(&self) -> LawStatus {
         LawStatus {
             stiffness_n_per_m: self.settings.stiffness_n_per_m,
@@ -112,7 +112,7 @@ impl<S: Scalar> DesiredRestitution<S> {
     }
 }
 
-/// ζ with which a contact of that φ returns e.
+/// Damping ratio ζ with which a contact of phase φ = `phase` has this restitution.
 fn damping_ratio(phase: f64, restitution: f64) -> f64 {
     let phase = phase.clamp(0.0, LARGEST_PHASE);
     let (mut low, mut high) = (0.0, LARGEST_RATIO);
@@ -143,7 +143,7 @@ fn rebound(phase: f64, ratio: f64) -> f64 {
         };
         let moved = core::mem::replace(slot, v) * step;
         if depth + moved <= 0.0 {
-            // It ends within the step.
+            // The contact ends within the step.
             let part = depth / -moved;
             v -= (0.5 * depth + 2.0 * ratio * v) * step * part;
             break;
@@ -211,7 +211,7 @@ mod tests {
         }
     }
 
-    /// φ/2 takes the energy that a small delay makes. Beyond φ = 2 it is that of 2.
+    /// A damping ratio of φ/2 removes the energy that a small delay adds. Beyond φ = 2 the ratio stays that of 2.
     #[test]
     fn a_small_delay_is_made_up_for_by_half_of_it() {
         assert_eq!(damping_ratio(0.01, 1.0), 0.005);
@@ -220,11 +220,11 @@ mod tests {
         assert!(damping_ratio(0.01, 0.5) > 0.2);
         assert_eq!(damping_ratio(5.0, 0.5), damping_ratio(2.0, 0.5));
         assert_eq!(damping_ratio(-1.0, 1.0), 0.0);
-        // No damping brings more than all of it back.
+        // Without damping more than all of the speed comes back.
         assert!(damping_ratio(2.0, 0.0) <= LARGEST_RATIO);
     }
 
-    /// Two of this mass, away from each other at this velocity (m/s), with a load along x: what they feel.
+    /// Two spacecraft of this mass that separate at this velocity (m/s), with a load along x (N); returns what they feel.
     fn cycle(law: &mut DesiredRestitution<f64>, mass_kg: f64, load: f64, velocity: f64) -> f64 {
         let body = BodySettings {
             mass_kg,
@@ -236,7 +236,7 @@ mod tests {
         law.condition(&spacecraft.asked(&wrench, model)).force.x
     }
 
-    /// Of the reduced mass, 250 kg: 2 ζ ω m v against the motion, while a force is felt.
+    /// The damping force is 2 ζ ω m v against the motion, with the reduced mass m = 250 kg, while a force is felt.
     #[test]
     fn the_damping_is_that_of_the_contact_with_its_delay() {
         let mut settings = DelaySettings::default();
@@ -264,7 +264,7 @@ mod tests {
         assert!(!law.status().flags.has(LawFlags::CONTACT));
     }
 
-    /// Half of the speed in a cycle, a meganewton, and nothing where a push moves nothing.
+    /// At most half of the speed in a cycle, at most a meganewton, and nothing where a force does not move the spacecraft.
     #[test]
     fn the_damping_is_bounded() {
         let mut settings = DelaySettings::default();

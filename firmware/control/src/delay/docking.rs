@@ -36,7 +36,7 @@ pub(super) fn robot() -> Actuator {
     }
 }
 
-/// What is believed of it.
+/// The settings of a law that knows this robot.
 pub(super) fn believed(law: LawName, actuator: &Actuator) -> DelaySettings {
     let mut settings = DelaySettings {
         law,
@@ -47,10 +47,10 @@ pub(super) fn believed(law: LawName, actuator: &Actuator) -> DelaySettings {
     settings
 }
 
-/// 441/s² of 500 kg.
+/// Stiffness of the walls, N/m: 441/s² times 500 kg.
 pub(super) const STIFFNESS: f64 = 220_500.0;
 
-/// Across x at these places, m, facing the origin.
+/// Walls across x at these places, m, facing the origin.
 pub(super) fn walls(places: &[f64], damping: f64) -> Contact {
     let wall = |x: &f64| Wall {
         point: [*x, 0.0, 0.0],
@@ -83,7 +83,8 @@ impl Docking {
         self.spacecraft.state.k.velocity.linear.x
     }
 
-    /// As the board does it: the model is moved by what the law lets it feel, and the robot is sent what it asks for.
+    /// One cycle as on the board: the model moves under the wrench that the law lets it feel, and the robot is sent what the law
+    /// asks for.
     pub(super) fn step(&mut self) {
         let at =
             |position: Vector3<f64>| Pose::from_parts(position.into(), UnitQuaternion::identity());
@@ -126,7 +127,7 @@ impl Docking {
         (0..cycles).for_each(|_| self.step());
     }
 
-    /// Until the next contact is over, and some cycles more: speed after by speed before.
+    /// Runs until the next contact is over, and some cycles more. Returns the speed after it over the speed before it.
     pub(super) fn bounce(&mut self) -> f64 {
         let before = self.speed();
         while !self.status.flags.has(LawFlags::CONTACT) {
@@ -145,7 +146,7 @@ impl Docking {
     }
 }
 
-/// From wall to wall, 7.5 mm apart.
+/// Two walls 7.5 mm apart.
 pub(super) fn between_walls(
     actuator: Actuator,
     damping: f64,

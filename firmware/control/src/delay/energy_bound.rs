@@ -7,12 +7,12 @@
 //! ΔE = ½ (v + B w Ts)ᵀ B⁻¹ (v + B w Ts) − ½ vᵀ B⁻¹ v = w·v Ts + ½ wᵀ B w Ts²
 //! ```
 //!
-//! Summed since the touch this is what the mechanism has given; a passive one has never given anything, in no
-//! direction and of no shape. A wrench with which it would have given more than [`SLACK`] of what it took is scaled
-//! down until it has given nothing: the root of a quadratic that has one between 0 and 1. Neither a contact
-//! model nor a delay is needed, and no position feedback.
+//! Summed since the touch this is the energy that the mechanism has given. A passive mechanism has never given any, whatever the
+//! direction and the shape of its force. A wrench with which the sum would exceed [`SLACK`] times the energy taken before is
+//! scaled down until the sum is zero: the factor is the root, between 0 and 1, of a quadratic. Neither a contact model nor a
+//! delay is needed, and no position feedback.
 //!
-//! It bounds energy, not momentum: what the scaled wrench lacks is in the trace (`unaccounted_impulse`).
+//! It bounds energy, not momentum: the impulse by which the scaled wrench falls short is in the trace (`unaccounted_impulse`).
 
 use super::LawInput;
 use crate::dynamics::relative_velocity;
@@ -21,23 +21,22 @@ use crate::scalar::Scalar;
 use core::marker::PhantomData;
 use nalgebra::ComplexField;
 
-/// Energy that may be given back beyond what was taken, as a part of it: what noise and samples make of a force.
+/// Energy that may be given back beyond what was taken, as a fraction of the latter: noise and sampling of a force make as much.
 /// ↑ lets energy through; ↓ acts on rebounds that are right.
 const SLACK: f64 = 0.008;
 /// Cycles without a load after which a contact is over: longer than any law takes to end one (`smith`: 64).
 const QUIET_CYCLES: u32 = 72;
-/// Forgetting factor of the work before the touch, per cycle: ten cycles in which a slow contact grows to its
-/// threshold.
+/// Forgetting factor of the work before the touch, per cycle: ten cycles, in which a slow contact grows to its threshold.
 const EARLIER: f64 = 0.9;
-/// Arm that makes a torque a force, m.
+/// Lever by which a torque is compared with a force, m.
 const ARM_M: f64 = 0.3;
-/// Load that does no work worth counting, N and N·m.
+/// Load below which work is neglected, N and N·m.
 const LEAST_LOAD: f64 = 1e-3;
-/// Size of the wrench whose answer is asked for, N and N·m: at the ends of all ranges (10⁻³ kg·m² at a lever of 10³ m)
-/// the answer to a larger one would leave fixed point.
+/// Size of the wrench for which the mobility is evaluated, N and N·m; the result is scaled. At the ends of all ranges (10⁻³ kg·m²
+/// at a lever of 10³ m) the response to a larger one would leave fixed point.
 const PROBE_LOAD: f64 = 1e-2;
 
-/// The ledger of a contact. It counts in f64 whatever the scalar of the cycle is: energies of light and heavy
+/// The energy balance of a contact. It computes in f64 whatever the scalar type of the cycle is, as energies of light and heavy
 /// spacecraft are too far apart for fixed point.
 #[derive(Clone, Debug)]
 pub(super) struct EnergyBound<S: Scalar> {
@@ -47,7 +46,7 @@ pub(super) struct EnergyBound<S: Scalar> {
     /// Work on the spacecraft since the touch, and the least that it has been, J.
     work: f64,
     least: f64,
-    /// What earlier contacts gave beyond what they took, J: the next one takes it back.
+    /// What the last contact gave beyond what it took, J: the balance of the next one starts with it.
     debt: f64,
     /// Cycles since the last load; none before the first.
     quiet: Option<u32>,
@@ -71,14 +70,14 @@ impl<S: Scalar> EnergyBound<S> {
         }
     }
 
-    /// The wrench that the spacecraft may feel of `felt`, at M in axes of M.
+    /// The wrench that the spacecraft may feel in place of `felt`, at M in axes of M: `felt` itself, or scaled down.
     pub(super) fn bounded(&mut self, input: &LawInput<'_, S>, felt: Wrench<S>) -> Wrench<S> {
         self.acts = false;
         self.follow(&input.wrench.get());
         let (linear, quadratic) = self.work_of(input, &felt);
         let given = self.work + linear + quadratic;
         if self.quiet.is_none() {
-            // A load that still grows to the threshold belongs to the contact.
+            // A load that is still below the threshold belongs to the contact to come: its work is kept, with forgetting.
             self.work = given * EARLIER;
             self.least = self.work.min(0.0);
             return felt;
@@ -93,7 +92,7 @@ impl<S: Scalar> EnergyBound<S> {
         felt * S::of(share)
     }
 
-    /// Whether a contact goes on.
+    /// Follows whether there is a contact, by the measured wrench, and closes the balance at its end.
     fn follow(&mut self, [x, y, z, a, b, c]: &[f64; 6]) {
         let largest = |parts: [&f64; 3]| parts.into_iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         let load = largest([x, y, z]).max(largest([a, b, c]) / ARM_M);
@@ -166,7 +165,7 @@ mod tests {
     use crate::delay::spacecraft::{CYCLE_S, Spacecraft};
     use crate::settings::BodySettings;
 
-    /// α a + α² b is the room that is left, and no larger share leaves as little.
+    /// With the share α, α a + α² b equals the room, and no larger share does.
     #[test]
     fn the_share_is_the_largest_that_leaves_no_more_than_the_room() {
         for (a, b, room) in [
@@ -194,8 +193,7 @@ mod tests {
         }
     }
 
-    /// Two spacecraft that turn, far apart. Of equal moments of inertia, so that nothing but the wrench changes their
-    /// energy.
+    /// Two rotating spacecraft, far apart, with equal moments of inertia, so that nothing but the wrench changes their energy.
     fn turning() -> Spacecraft {
         let k = BodySettings {
             mass_kg: 300.0,
@@ -220,7 +218,7 @@ mod tests {
         let bound = EnergyBound::new(1.0, CYCLE_S);
         for size in [1e-2, 1.0, 100.0, 1e4] {
             let mut spacecraft = turning();
-            // Where the robot is does not matter: its attitude is late.
+            // The robot's pose does not enter, as its attitude is late.
             let wrench = Wrench::of(&[0.7, -0.4, 0.2, 0.1, -0.3, 0.25].map(|part| part * size));
             let before = spacecraft.energy();
             let (linear, quadratic) = bound.work_of(&spacecraft.input(&wrench), &wrench);
@@ -235,8 +233,8 @@ mod tests {
         assert_eq!(none, (0.0, 0.0));
     }
 
-    /// A bounce of both off a spring whose force is felt some cycles late: energies before and after by what was brought along
-    /// the contact, and cycles in which the bound acted.
+    /// A bounce of both spacecraft off a spring whose force is felt `late` cycles late, and multiplied by `gain` on the way out.
+    /// Returns the kinetic energy after over that before, and the number of cycles in which the bound acted.
     fn bounce(bound: &mut EnergyBound<f64>, late: usize, gain: f64) -> (f64, usize) {
         let mut spacecraft = Spacecraft::before_a_wall([0.005, 0.0, 0.0]);
         let before = spacecraft.energy();
@@ -250,7 +248,7 @@ mod tests {
             let taken = -bound.work;
             let felt = bound.bounded(&spacecraft.input(&wrench), wrench);
             acted += usize::from(bound.acts);
-            // It gives what was taken, and nothing if that is less than nothing.
+            // It gives back what was taken, and nothing if that is negative.
             let rest = bound.work - (-taken).max(0.0);
             assert!(!bound.acts || rest.abs() < 1e-12, "{rest:e}");
             assert_eq!(bound.acts, felt != wrench);
@@ -277,7 +275,7 @@ mod tests {
         }
     }
 
-    /// The slack is there once, not in every contact.
+    /// The slack is granted once, not in every contact.
     #[test]
     fn what_a_contact_gave_is_taken_back_by_the_next() {
         let mut bound = EnergyBound::new(1.0, CYCLE_S);
@@ -285,15 +283,15 @@ mod tests {
         assert!((-1e-9..=SLACK).contains(&given), "{given}");
     }
 
-    /// Of K that is pulled by this force at 10 mm/s: 40 µm in a cycle.
+    /// The wrench that is felt of this one while K moves at 10 mm/s, 40 µm in a cycle.
     fn pull(bound: &mut EnergyBound<f64>, wrench: [f64; 6]) -> [f64; 6] {
         let spacecraft = Spacecraft::before_a_wall([0.01, 0.0, 0.0]);
         let wrench = Wrench::of(&wrench);
         bound.bounded(&spacecraft.input(&wrench), wrench).get()
     }
 
-    /// What ten cycles before the touch gave is owed, what they took may be given: 9 times 0.5 N · 40 µm, and half of that at
-    /// the 4 µm/s that it changes.
+    /// Energy that the ten cycles before the touch gave is owed, energy that they took may be given back: 9 times 0.5 N · 40 µm,
+    /// and half of that at the 4 µm/s by which it changes the velocity.
     #[test]
     fn a_load_that_grows_to_the_threshold_belongs_to_the_contact() {
         let (before, touch) = (
@@ -314,13 +312,13 @@ mod tests {
                 bound.work
             );
             assert_eq!(bound.least, bound.work.min(0.0));
-            // What gave is to take first; what took may give.
+            // A load that gave energy has to take first; one that took may give.
             let share = pull(&mut bound, touch)[0] / 2.0;
             assert_eq!(share, if sign > 0.0 { 0.0 } else { 1.0 });
         }
     }
 
-    /// 0.3 N·m are 1 N at an arm of 0.3 m.
+    /// 0.3 N·m count as 1 N, with a lever of 0.3 m.
     #[test]
     fn a_contact_counts_from_its_threshold_by_force_or_by_torque() {
         for (load, counts) in [
@@ -335,7 +333,8 @@ mod tests {
         }
     }
 
-    /// 72 cycles; a load in between begins them anew. What it gave beyond what it took is owed by the next.
+    /// A contact is over after 72 quiet cycles; a load in between restarts the count. What it gave beyond what it took is owed by
+    /// the next.
     #[test]
     fn a_contact_is_over_when_it_has_been_quiet_for_long_enough() {
         let (load, none) = ([2.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0; 6]);
@@ -353,7 +352,7 @@ mod tests {
         bound.work = 0.1;
         bound.follow(&load);
         assert_eq!(bound.work, 0.6);
-        // One that took more than it gave owes nothing, and is owed nothing.
+        // One that took more than it gave carries nothing over.
         bound.work = -1.0;
         (0..=QUIET_CYCLES).for_each(|_| bound.follow(&none));
         assert_eq!(bound.debt, 0.0);

@@ -1,4 +1,4 @@
-//! A law, and the energy bound beside it if that is asked for.
+//! A law with the energy bound behind it, if the settings ask for the bound.
 
 use super::energy_bound::EnergyBound;
 use super::status::LawFlags;
@@ -7,8 +7,8 @@ use crate::frames::{Wrench, saturated};
 use crate::scalar::Scalar;
 use nalgebra::Vector3;
 
-/// Largest component of the wrench that the model feels, N and N·m: the largest overload limit, at
-/// which its lever stays within fixed point.
+/// Largest component of the wrench that the model feels, N and N·m: the upper end of the range of the overload limit, at which
+/// its lever stays within fixed point.
 const LARGEST_FELT: f64 = 1e5;
 
 /// The chosen law with its guard.
@@ -58,7 +58,7 @@ fn within<S: Scalar>(part: &Vector3<S>) -> Vector3<S> {
     saturated(part, LARGEST_FELT)
 }
 
-/// The guard of these settings: the predictor has one of its own that asks for it too.
+/// The energy bound, if these settings ask for it: by `passivity_guard`, or by the predictor's own `guard`.
 fn bound<S: Scalar>(settings: &DelaySettings, cycle_s: f64) -> Option<EnergyBound<S>> {
     let predictor = settings.law == LawName::Predictor && settings.predictor.guard;
     let threshold_n = settings.passivity.threshold_n;
@@ -80,8 +80,8 @@ mod tests {
         }
     }
 
-    /// A cycle of spacecraft at rest, with this wrench and this velocity of the model: what is felt, and what is asked of
-    /// the robot.
+    /// A cycle of spacecraft at rest, with this wrench and this velocity of the model: the wrench that is felt, and the velocity
+    /// that is sent.
     fn cycle(law: &mut Guarded<f64>, wrench: [f64; 6], model: [f64; 6]) -> ([f64; 6], [f64; 6]) {
         let body = BodySettings::default();
         let (spacecraft, wrench) = (Spacecraft::new(&body, &body), Wrench::of(&wrench));
@@ -89,7 +89,7 @@ mod tests {
         (law.condition(&input).get(), law.step(&input).command.get())
     }
 
-    /// What the spacecraft feel of 1e6 N and N·m with this law, and with the guard or without.
+    /// What the spacecraft feel of 1e6 N and N·m with this law, with or without the guard.
     fn felt(law: LawName, passivity_guard: bool) -> [f64; 6] {
         let mut law = Guarded::new(&settings(law, passivity_guard), CYCLE_S);
         cycle(&mut law, [1e6, -1e6, 1e6, 1e6, -1e6, 1e6], [0.0; 6]).0

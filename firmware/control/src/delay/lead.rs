@@ -8,14 +8,13 @@
 //! experiments", Phil. Trans. R. Soc. A 359 (2001) 1893. τ is the horizon: the robot's mean delay,
 //! see [`super::DelaySettings::horizon_s`].
 //!
-//! How the derivatives are taken: v' is the change of the model's velocity in a cycle, which with
-//! the model's own integration is its force by its mass and needs no measured motion. That
-//! difference stands for the middle of the cycle, half a cycle ago: v'' carries it forward, as it
-//! does over the delay of the low-pass. The velocity form leaves out nothing but a constant of
-//! integration, so that the law cannot jump at its start; what a limit clamps is not caught up.
+//! How the derivatives are taken: v' is the change of the model's velocity in a cycle. With the model's own integration that is
+//! its force over its mass, and needs no measured motion. The difference is the derivative at the middle of the cycle, half a
+//! cycle ago; v'' extrapolates it over that half cycle, and over the delay of the low-pass. The velocity form drops only a
+//! constant of integration, so that the law cannot jump at its start; a displacement that a limit clamps is not recovered.
 //!
-//! v'' multiplies noise of the force by ½ (τ/Ts)², 32 for eight cycles. The low-pass lowers that
-//! and costs accuracy.
+//! v'' multiplies noise of the force by ½ (τ/Ts)², which is 32 for eight cycles. The low-pass reduces the noise and costs
+//! accuracy.
 
 use super::axes::{components, saturated, twist};
 use super::{DelaySettings, LawOutput};
@@ -95,7 +94,7 @@ impl<S: Scalar> Lead<S> {
         }
     }
 
-    /// One cycle: m/s and rad/s in and out. Parts: τ v', then what v'' adds.
+    /// One cycle: m/s and rad/s in and out. Parts: τ v', then the term of v''.
     pub fn step(&mut self, model: &Twist<S>) -> LawOutput<S> {
         let mut parts = [[S::zero(); 6]; 2];
         let mut command = components(model);
@@ -126,7 +125,7 @@ mod tests {
     use super::*;
     use crate::scalar::Fixed;
 
-    /// v = b t + c t² is continued exactly by τ, whatever the low-pass, once that has settled.
+    /// v = b t + c t² is extrapolated exactly by τ, whatever the low-pass, once that has settled.
     fn continues<S: Scalar>(low_pass_hz: f64, extra_s: f64, tolerance: f64) {
         let (ts, tau) = (0.004, 0.034 + extra_s);
         let mut settings = DelaySettings::default();
@@ -137,7 +136,7 @@ mod tests {
             let t = f64::from(n) * ts;
             let model = Twist::of(&[v(t), 0.0, -v(t), 0.0, 0.5 * v(t), 0.0]);
             let got = law.step(&model).command.get();
-            // The first difference has no past, the second one cycle later.
+            // The first difference exists from the second cycle on, the second one a cycle later.
             if n > if low_pass_hz > 0.0 { 100 } else { 1 } {
                 let wanted = v(t + tau);
                 assert!((got[0] - wanted).abs() < tolerance, "{n}: {got:?} {wanted}");
@@ -149,7 +148,7 @@ mod tests {
 
     #[test]
     fn a_parabola_of_velocity_is_continued() {
-        // v'' from differences stands for one cycle ago, which a parabola does not notice.
+        // v'' from differences is that of one cycle ago, which is the same for a parabola.
         continues::<f64>(0.0, 0.0, 1e-12);
         continues::<f32>(0.0, 0.0, 2e-6);
         continues::<Fixed>(0.0, 0.0, 1e-7);
@@ -176,8 +175,7 @@ mod tests {
         }
     }
 
-    /// A low-pass of 20 Hz lets 1 − e^(−2π f Ts) of a change through; what is late because of it is made up for by the
-    /// curvature.
+    /// A low-pass of 20 Hz passes 1 − e^(−2π f Ts) of a change; the curvature term compensates its delay.
     #[test]
     fn the_low_pass_has_its_corner() {
         let mut settings = DelaySettings::default();
@@ -194,7 +192,7 @@ mod tests {
         assert!((output.parts[1].linear.x - curvature).abs() < 1e-12);
     }
 
-    /// A delay less than none.
+    /// A negative delay counts as none.
     #[test]
     fn nothing_is_led_backwards() {
         let mut settings = DelaySettings::default();

@@ -1,14 +1,12 @@
 //! Compensation of the robot's delay: one law per file, chosen by a setting.
 //!
-//! A law turns the velocity that the model wants into the velocity that the robot is told. It
-//! sees what it may need and nothing else ([`LawInput`]): the model's velocity, the contact
-//! wrench, both spacecraft, the measured and the commanded pose, and the commands that were sent and may
-//! not have been executed yet.
+//! A law turns the velocity that the model wants into the velocity that the robot is commanded. It gets what it may need and
+//! nothing else ([`LawInput`]): the model's velocity, the contact wrench, both spacecraft, the measured and the commanded pose,
+//! and the commands that were sent and may not have been executed yet.
 //!
-//! Each cycle asks a law twice: [`Law::condition`] before the two spacecraft are moved, which wrench
-//! they feel, and [`Law::step`] after that, which velocity the robot is told. Most laws leave the wrench
-//! as it is measured. Momentum that a law adds is in the trace of every cycle
-//! (`unaccounted_impulse`).
+//! Each cycle calls a law twice. [`Law::condition`], before the two spacecraft are moved, returns the wrench that they feel;
+//! [`Law::step`], after that, returns the velocity that the robot is commanded. Most laws leave the wrench as it is measured.
+//! Momentum that a law adds is in the trace of every cycle (`unaccounted_impulse`).
 //!
 //! **A new law** is its file here, its lines in this file, its page `docs/delay/<law>.md` and its row in
 //! `docs/delay/README.md`. Commands, parameter service, benchmarks and tests of all laws go through
@@ -84,7 +82,7 @@ pub enum LawName {
     /// Model predictive control with a robot model, a contact estimator and impulse matching.
     #[default]
     Predictor,
-    /// Smith predictor behind a dead zone of the force, with an observer of what that swallows.
+    /// Smith predictor behind a dead zone of the force, with an observer of the force that the zone removes.
     SmithDeadZone,
     /// Virtual damping towards a desired restitution.
     DesiredRestitution,
@@ -130,8 +128,8 @@ impl LawName {
         Self::ALL.into_iter().find(|law| law.name() == name)
     }
 
-    /// Whether the law computes in f64 whatever the scalar of the cycle is: it is of no use on a processor without a
-    /// floating-point unit for it.
+    /// Whether the law computes in f64 whatever the scalar type of the cycle is. Such a law is too slow on a processor without
+    /// double-precision hardware.
     pub const fn needs_double_precision(self) -> bool {
         matches!(
             self,
@@ -139,8 +137,8 @@ impl LawName {
         )
     }
 
-    /// Whether the law works with the measured pose: it is of no use on a robot that does not
-    /// report where it is, or that reports what it was told.
+    /// Whether the law uses the measured pose. Such a law is of no use on a robot that does not report its pose, or that reports
+    /// the commanded one.
     pub const fn needs_position(self) -> bool {
         match self {
             Self::None | Self::Seed | Self::Lead | Self::Polynomial | Self::DesiredRestitution => {
@@ -239,14 +237,14 @@ impl DelaySettings {
         self.passivity.check_ranges()
     }
 
-    /// Time from the instant that the model's velocity stands for to its execution, s: the mean
-    /// delay of the robot ([`ActuatorSettings::mean_delay_s`]), and half a cycle if the model's
-    /// velocity is the mean over the cycle that has just passed (A11).
+    /// Time from the instant at which the model has the velocity that the law gets to the execution of that velocity, s: the mean
+    /// delay of the robot ([`ActuatorSettings::mean_delay_s`]), plus half a cycle if that velocity is the mean over the cycle
+    /// that has just passed (A11).
     pub fn horizon_s(&self, cycle_s: f64) -> f64 {
         self.actuator.mean_delay_s() + self.half_cycle_s(cycle_s)
     }
 
-    /// The part of the horizon that is the model's, s.
+    /// The part of the horizon that comes from averaging the model's velocity, s.
     fn half_cycle_s(&self, cycle_s: f64) -> f64 {
         match self.model_velocity {
             ModelVelocity::Mean => 0.5 * cycle_s,
@@ -255,8 +253,7 @@ impl DelaySettings {
     }
 }
 
-/// What a law gets to see in a cycle: before the two spacecraft are moved for [`Law::condition`], after
-/// it for [`Law::step`].
+/// Input of a law in a cycle: the state before the two spacecraft are moved for [`Law::condition`], after it for [`Law::step`].
 #[derive(Debug)]
 pub struct LawInput<'a, S: Scalar> {
     /// Velocity that the model wants, by [`ModelVelocity`]: linear in C, angular in M.
@@ -286,16 +283,16 @@ pub struct LawInput<'a, S: Scalar> {
 /// Number of visible parts of a law (Fig. 9 has seven).
 pub const PARTS: usize = 7;
 
-/// What a law answers.
+/// Output of a law in a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LawOutput<S: Scalar> {
     /// Velocity for the robot: linear in C, angular in M.
     pub command: Twist<S>,
     /// The parts that were added to the model's velocity, for the trace.
     pub parts: [Twist<S>; PARTS],
-    /// What the law knows and did.
+    /// What the law has identified and done.
     pub status: LawStatus,
-    /// A reason not to go on: the robot does not do what is believed of it.
+    /// A reason to stop: the robot does not behave as the settings say.
     pub fault: Option<Fault>,
 }
 
@@ -390,7 +387,7 @@ impl<S: Scalar> Law<S> {
         }
     }
 
-    /// One cycle: the velocity that the robot is told.
+    /// One cycle: the velocity that the robot is commanded.
     pub fn step(&mut self, input: &LawInput<'_, S>) -> LawOutput<S> {
         match self {
             Self::None => LawOutput::of(input.model),
@@ -429,7 +426,7 @@ mod tests {
         assert_eq!(LawName::named("nothing"), None);
     }
 
-    /// Half a cycle more if the model's velocity is the mean over the cycle.
+    /// Half a cycle longer if the model's velocity is the mean over the cycle.
     #[test]
     fn the_horizon_is_from_the_models_instant_to_its_execution() {
         for (model_velocity, horizon_s) in
@@ -486,7 +483,7 @@ mod tests {
             let error = settings.validate().unwrap_err();
             assert_eq!(error.field, format!("delay.{field}"));
         }
-        // A low-pass of the lead that is none.
+        // A low-pass of the lead below its range.
         let mut settings = DelaySettings::default();
         settings.lead.low_pass_hz = 0.0;
         assert_eq!(settings.validate(), Ok(()));

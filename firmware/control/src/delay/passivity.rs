@@ -1,5 +1,5 @@
-//! Time-domain passivity: an observer counts the energy that the loop makes, a controller takes it
-//! out of the model again.
+//! Time-domain passivity: an observer sums the energy that the loop generates, and a controller removes it from the model by
+//! damping.
 //!
 //! ```text
 //! E += F (v_exec − v_model) Ts        while E < 0: the model is damped by −E
@@ -7,18 +7,16 @@
 //!
 //! De Stefano, Balachandran and Secchi, "A passivity-based approach for simulating satellite
 //! dynamics with robots: discrete-time integration and time-delay compensation", IEEE Trans. Robot.
-//! 36 (2020) 189. F v_exec is what the wall does on the robot, from measured force and measured
-//! motion; F v_model is what the model takes from it. Their difference is energy that nobody paid.
+//! 36 (2020) 189. F v_exec is the power of the wall on the robot, from measured force and measured motion; F v_model is the power
+//! that the model takes from it. A negative sum of the difference is energy that the loop has generated.
 //!
 //! Choices that the equation leaves open:
-//! - One observer per contact, along its direction (`contact`). It starts anew at each
-//!   contact, so that what a damped contact left over does not pay for the next one.
-//! - The work on the robot is the trapezoidal sum of force over measured motion, the model's part
-//!   the exact change of its kinetic energy along the contact: the integrator's own error is
-//!   counted, not assumed.
-//! - A cycle takes away at most `largest_share` of the model's speed. Without this bound the model
-//!   stops before the robot has turned, and stays: the energy that the wall still holds can only
-//!   come back while the model moves out.
+//! - One observer per contact, along its direction (`contact`). It is reset at each contact, so that energy that a damped contact
+//!   dissipated does not offset what the next one generates.
+//! - The work on the robot is the trapezoidal sum of force over measured motion. The model's part is the exact change of its
+//!   kinetic energy along the contact, so that the error of the integrator is counted, too.
+//! - A cycle takes away at most `largest_share` of the model's speed. Without this bound the model stops before the robot has
+//!   reversed, and stays at rest: the energy that the wall still holds can only come back while the model moves out.
 //!
 //! It can only remove energy. The rebound of an elastic contact comes out right; force, duration
 //! and the motion in between do not. A contact with damping ends too slow or does not end: what the wall
@@ -58,12 +56,12 @@ pub struct Passivity<S: Scalar> {
     line: ContactLine<S>,
     ts: S,
     share_kept: S,
-    /// Energy per mass that the loop has left over, mm²/s²; negative: it has made some.
+    /// Energy per mass that the loop has dissipated, mm²/s²; negative: that it has generated.
     energy: S,
     /// Acceleration of the last cycle by the measured force, mm/s².
     last_pull: S,
-    /// What the model took in the last cycles, newest first: it is counted together with what the
-    /// robot was paid, and that is reported late.
+    /// Energy per mass that the model took in the last cycles, newest first. It is delayed like the reported pose, with which the
+    /// work on the robot is computed.
     taken: [S; LATENCIES],
     latency: usize,
     damped: bool,
@@ -85,8 +83,7 @@ impl<S: Scalar> Passivity<S> {
         }
     }
 
-    /// The wrench with the damping that passivity asks for; `felt` is what the model would feel
-    /// without it.
+    /// `felt` plus the damping force that passivity asks for. `felt` is what the model would feel without it.
     pub fn condition(&mut self, input: &LawInput<'_, S>, felt: Wrench<S>) -> Wrench<S> {
         self.damped = false;
         let Some(along) = self.line.update(input) else {
@@ -101,12 +98,12 @@ impl<S: Scalar> Passivity<S> {
         let Some(slower) = self.damp(after) else {
             return felt;
         };
-        // A push that cannot move the model cannot damp it.
+        // A force that cannot move the model cannot damp it.
         if along.mobility <= S::of(1e-8) {
             return felt;
         }
         let (wanted, most) = ((slower - after) / self.ts, S::of(LARGEST_N));
-        // Asked before it is divided: in fixed point the quotient would overflow.
+        // Checked before the division: in fixed point the quotient would overflow.
         let force = if wanted.abs() * S::of(1e-3) < along.mobility * most {
             wanted / along.mobility * S::of(1e-3)
         } else if wanted < S::zero() {
@@ -117,7 +114,7 @@ impl<S: Scalar> Passivity<S> {
         felt + self.line.wrench(force)
     }
 
-    /// What it knows: contact and whether it damps in this cycle.
+    /// Status: whether a contact is open, and whether the model is damped in this cycle.
     pub fn status(&self) -> LawStatus {
         let mut status = self.line.status();
         if self.damped {
@@ -128,12 +125,12 @@ impl<S: Scalar> Passivity<S> {
 
     /// Acceleration along the contact by a force, mm/s².
     fn pull(&self, load: S, along: &Along<S>) -> S {
-        // Small masses: the product must stay within fixed point before it is limited.
+        // For small masses: the product must stay within fixed point before it is limited.
         let load = saturated(load, 1e5);
         saturated(load * along.mobility, LARGEST_MM_S2 * 1e-3) * S::of(1e3)
     }
 
-    /// E += what the wall did on the robot − what the model took.
+    /// E += work of the wall on the robot − energy that the model took.
     fn observe(&mut self, along: &Along<S>, velocity: S, after: S) {
         let half = S::of(0.5);
         let pull = self.pull(along.load_then, along);
@@ -151,7 +148,8 @@ impl<S: Scalar> Passivity<S> {
         self.energy = saturated(self.energy + paid - taken, LARGEST_ENERGY);
     }
 
-    /// The speed that is left when the energy that was made is taken out again, mm/s.
+    /// The velocity along the contact after the generated energy is removed, mm/s. `None` if there is none to remove, or no
+    /// contact.
     fn damp(&mut self, after: S) -> Option<S> {
         if self.energy >= S::zero() || !self.line.is_open() {
             return None;
@@ -173,14 +171,14 @@ mod tests {
     use crate::frames::Twist;
     use crate::settings::BodySettings;
 
-    /// Of a robot whose pose is this late.
+    /// The law for a reported pose that is this many cycles late.
     fn law(latency: u8) -> Passivity<f64> {
         let mut settings = DelaySettings::default();
         settings.actuator.feedback_latency_cycles = latency;
         Passivity::new(&settings, 0.004)
     }
 
-    /// A cycle of 500 kg: loads now and when the pose was true, N, and motion, m.
+    /// A cycle of 500 kg: loads now and at the time of the reported pose, N, and motion, m.
     fn cycle(opened: bool, load: f64, moved: f64) -> Along<f64> {
         Along {
             opened,
@@ -213,7 +211,7 @@ mod tests {
         }
     }
 
-    /// 100 and 200 N on 500 kg are 200 and 400 mm/s²; the force goes straight in between. In mm²/s².
+    /// 100 and 200 N on 500 kg are 200 and 400 mm/s²; the force is linear in between. Energies in mm²/s².
     #[test]
     fn the_energy_is_what_the_wall_did_on_the_robot_less_what_the_model_took() {
         let mut law = law(0);
@@ -236,7 +234,7 @@ mod tests {
         assert_near(law.energy, -50.0);
     }
 
-    /// 0.1 m of a jump of the pose count, and no energy beyond its range.
+    /// Of a jump of the pose at most 0.1 m counts, and the energy stays within its range.
     #[test]
     fn motion_and_energy_stay_in_their_ranges() {
         for sign in [1.0, -1.0] {
@@ -267,8 +265,8 @@ mod tests {
         assert_eq!(law.status(), expected);
     }
 
-    /// Two spacecraft of this mass at rest that feel a force along x, N, with this velocity of the model along it, m/s: the
-    /// force with the damping, and the velocity that is left.
+    /// Two spacecraft of this mass at rest that feel a force along x, N, with this velocity of the model along it, m/s. Returns
+    /// the force with the damping, and the velocity that is left.
     fn condition_of(
         mass_kg: f64,
         law: &mut Passivity<f64>,
@@ -292,7 +290,7 @@ mod tests {
         condition_of(500.0, law, force, velocity)
     }
 
-    /// In a contact: 10 mm/s with 18 mm²/s² less are 8 mm/s, and 0.3 of the speed is the most that a cycle takes.
+    /// In a contact: removing 18 mm²/s² from 10 mm/s leaves 8 mm/s, and at most 0.3 of the speed is removed in a cycle.
     #[test]
     fn the_energy_that_was_made_is_taken_from_the_model() {
         let mut law = law(0);
@@ -324,7 +322,7 @@ mod tests {
         }
     }
 
-    /// Two of 50,000 t at 10 m/s: 30 % of that in a cycle would take 19 GN.
+    /// Two spacecraft of 50,000 t at 10 m/s: removing 30 % of that in a cycle would take 19 GN.
     #[test]
     fn the_damping_is_no_larger_than_its_largest_force() {
         for (mass_kg, limited) in [(5e7, true), (1e7, true), (100.0, false)] {
@@ -339,7 +337,7 @@ mod tests {
         }
     }
 
-    /// Of 10^9 kg each: 2e-9 m/s in a second by 1 N.
+    /// Two spacecraft of 10^9 kg each: 1 N changes the velocity by 2e-9 m/s in a second.
     #[test]
     fn what_a_push_cannot_move_is_not_damped() {
         let mut law = law(0);

@@ -1,24 +1,23 @@
-//! Polynomial extrapolation: the polynomial through points of the past, each a delay apart, is
-//! continued by one delay.
+//! Polynomial extrapolation: a polynomial through the present and n earlier positions, spaced by the delay, is extrapolated by
+//! one delay.
 //!
 //! ```text
 //! x_cmd = Σ_{i=0..n} a_i x(t − i τ)      n = 3: 4, −6, 4, −1      n = 2: 3, −3, 1
 //! ```
 //!
 //! Horiuchi, Inoue, Konno and Namita, "Real-time hybrid experimental system with actuator delay
-//! compensation", Earthquake Engng Struct. Dyn. 28 (1999) 1121. It needs neither acceleration nor
-//! measured motion. The law is linear and its weights add up to 1, so that the same sum of
-//! velocities commands the same motion without an anchor; before the start the spacecraft is
-//! taken to have flown with its first velocity. τ is any real number of cycles: between two cycles the
-//! velocity is interpolated, which is exact for the position of a velocity held over a cycle.
+//! compensation", Earthquake Engng Struct. Dyn. 28 (1999) 1121. It needs neither acceleration nor measured motion. The law is
+//! linear and its weights add up to 1, so that the same weighted sum of velocities commands the same motion without a reference
+//! position. Before the start the spacecraft is taken to have flown with its first velocity. τ is any real number of cycles:
+//! between two cycles the velocity is interpolated, which is exact for the position if a velocity is held over a cycle.
 
 use super::axes::{components, saturated, twist};
 use super::{DelaySettings, LawOutput};
 use crate::frames::Twist;
 use crate::scalar::Scalar;
 
-/// Cycles that are remembered: a delay of 42 cycles or 0.17 s for n = 3, beyond what the law could
-/// make stable. A longer delay is led by no more.
+/// Cycles that are remembered: enough for a delay of 42 cycles or 0.17 s with n = 3, beyond what the law could make stable. A
+/// longer delay is compensated as if it were the longest one.
 const MEMORY: usize = 128;
 
 crate::described! {
@@ -38,7 +37,7 @@ pub struct PolynomialSettings: "delay.polynomial" {
 #[derive(Clone, Debug)]
 pub struct Polynomial<S: Scalar> {
     weights: &'static [f64],
-    /// Whole cycles and the rest of them that each point lies back.
+    /// How long ago each point is: whole cycles, and the fraction of a cycle.
     points: [(usize, S); 3],
     /// Velocities of the last cycles, a ring.
     past: [[S; 6]; MEMORY],
@@ -96,7 +95,7 @@ impl<S: Scalar> Polynomial<S> {
         self.past[self.newest] = now;
     }
 
-    /// The velocity of some time ago.
+    /// The velocity at a point of the past, interpolated between two cycles.
     fn at(&self, (whole, rest): &(usize, S)) -> [S; 6] {
         let back = |cycles: usize| &self.past[(self.newest + MEMORY - cycles) % MEMORY];
         let (later, earlier) = (back(*whole), back(whole + 1));
@@ -118,7 +117,7 @@ mod tests {
             ..DelaySettings::default()
         };
         settings.polynomial.order = order;
-        // A part of it is added to the believed one.
+        // A part of the delay is given as `extra_s`.
         (settings.actuator.delay_s, settings.polynomial.extra_s) = (delay_s - 0.008, 0.008);
         let mut law = Polynomial::<S>::new(&settings, ts);
         let cubic = f64::from(order) - 2.0;
@@ -141,7 +140,7 @@ mod tests {
             continues::<f64>(order, 0.032, 1e-12);
             continues::<f32>(order, 0.032, 1e-6);
             continues::<Fixed>(order, 0.032, 1e-8);
-            // Between two cycles: what interpolation costs, a Ts² v''/8 for each point.
+            // Between two cycles: the error of the interpolation, a Ts² v''/8 for each point.
             continues::<f64>(order, 0.0333, 1e-4);
         }
     }
@@ -155,7 +154,7 @@ mod tests {
         }
     }
 
-    /// What is not remembered is not taken for the past: a longer delay is led by no more.
+    /// A delay beyond the memory is compensated as if it were the longest one that is remembered.
     #[test]
     fn a_delay_beyond_the_memory_is_led_by_what_is_remembered() {
         let command = |delay_s: f64| {
@@ -174,7 +173,7 @@ mod tests {
         assert_eq!(longest, longer);
     }
 
-    /// v(t + τ) = 3 v(t) − 3 v(t − τ) + v(t − 2 τ), of a cubic 6 c τ³ less than it is.
+    /// v(t + τ) = 3 v(t) − 3 v(t − τ) + v(t − 2 τ); for a cubic c t³ that is 6 c τ³ too little.
     #[test]
     fn a_parabola_is_laid_through_three_points() {
         let mut settings = DelaySettings {

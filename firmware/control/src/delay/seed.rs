@@ -11,13 +11,11 @@
 //! (A1): this file is the only file of the control code in which they appear. Angular components
 //! are in mrad/s, which is mm/s at one metre.
 //!
-//! What the paper leaves open is a named setting: the numbers of "a combination of a low-pass
-//! filter and saturation" (A2), which only dv and the signs pass through (A3); the threshold
-//! (A4). Each past sample keeps its own sign (A5). The gains of v_back are per cycle (A7).
-//! sign(0) = 0 (A8). b0 follows the sign of dv alone (A9). Initially dv = 0 and v_cmd(−1) =
-//! v_model(0) (A10). The sums are never reset in print, so that the law runs away over repeated
-//! bounces (A6), and they rectify noise (A4): `reset_after_quiet_cycles` and `gate_sums` mend
-//! these two and are off unless asked for.
+//! What the paper leaves open is a named setting: the parameters of "a combination of a low-pass filter and saturation" (A2),
+//! which only dv and the signs pass through (A3); the threshold (A4). Each past sample keeps its own sign (A5). The gains of
+//! v_back are per cycle (A7). sign(0) = 0 (A8). b0 follows the sign of dv alone (A9). Initially dv = 0 and v_cmd(−1) = v_model(0)
+//! (A10). As printed, the sums are never reset, so that the law diverges over repeated bounces (A6), and they rectify noise (A4).
+//! `reset_after_quiet_cycles` and `gate_sums` avoid these two and are off by default.
 //!
 //! Why the defaults: with a pure delay of 32 ms, a pause of 16 ms and an elastic contact of 150 ms
 //! (21 rad/s) a low-pass of 7 Hz, then the saturation at 0.16, and a threshold of 0.005 keep the
@@ -27,16 +25,16 @@
 //! low-pass is worse (up to 80 %), and so is the sign of the unfiltered velocity, which turns
 //! before dv does (it runs away at 1 mm/s). The threshold matters little below 0.01.
 //!
-//! Known failings that stay, because they are the law's: it is not frame-invariant, an axis that
-//! starts from rest is pushed in the wrong direction, and a velocity offset remains after the contact.
+//! Known failings that are kept, as they are the law's own: it is not frame-invariant, an axis that starts from rest is pushed in
+//! the wrong direction, and a velocity offset remains after the contact.
 
 use super::{LawOutput, PARTS};
 use crate::frames::Twist;
 use crate::range::{FieldName, SettingsError, all_within, in_range};
 use crate::scalar::Scalar;
 
-/// Velocities and sums beyond this (mm/s) have run away; they saturate here, so that fixed point
-/// cannot wrap. It is what the model itself is limited to, 100 m/s.
+/// Velocities and sums beyond this (mm/s) have diverged; they saturate here, so that fixed point cannot wrap. It is the limit of
+/// the model itself, 100 m/s.
 const SUM_LIMIT_MM_S: f64 = 1.0e5;
 
 crate::described! {
@@ -340,7 +338,7 @@ mod tests {
         }
     }
 
-    /// A velocity that turns, stands still for a while and jumps, mm/s.
+    /// A velocity that reverses, stays zero for a while and jumps, mm/s.
     fn velocity(n: usize) -> f64 {
         match n {
             0..40 => 3.0 * (0.2 * n as f64).cos(),
@@ -406,7 +404,7 @@ mod tests {
         answers
     }
 
-    /// As it is printed, and with what mends it: small changes left out, sums that begin anew.
+    /// As printed, and with the two optional changes: small changes left out, sums that are reset.
     #[test]
     fn the_command_is_the_printed_sum() {
         for (gate_sums, reset) in [(false, 0), (true, 0), (false, 12), (true, 5)] {
@@ -445,7 +443,7 @@ mod tests {
         }
     }
 
-    /// In fixed point as well: 100 m/s.
+    /// In fixed point as well; the limit is 100 m/s.
     #[test]
     fn what_runs_away_saturates() {
         use crate::scalar::Fixed;

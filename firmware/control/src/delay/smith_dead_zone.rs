@@ -1,4 +1,4 @@
-//! Smith predictor behind a dead zone of the force, with an observer of what the zone has swallowed.
+//! Smith predictor behind a dead zone of the force, with an observer of the force that the zone removes.
 //!
 //! ```text
 //! F_z = F_meas where |F_meas| ≥ δ in a component, else 0
@@ -31,7 +31,7 @@ pub struct SmithDeadZoneSettings: "delay.smith_dead_zone" {
 }
 }
 
-/// The law: a Smith predictor, and the observer before it.
+/// The law: a Smith predictor, with the dead zone and its observer before it.
 #[derive(Clone, Debug)]
 pub struct SmithDeadZone<S: Scalar> {
     smith: Smith<S>,
@@ -53,7 +53,7 @@ impl<S: Scalar> SmithDeadZone<S> {
         }
     }
 
-    /// The wrench that gives the model the velocity of the contact replayed.
+    /// The wrench with which the model gets the velocity of the replayed contact.
     pub fn condition(&mut self, input: &LawInput<'_, S>) -> Wrench<S> {
         let within = input.wrench.force.amax() < self.zone;
         let mut wrench = if within {
@@ -141,8 +141,8 @@ mod tests {
         }
     }
 
-    /// What the zone swallows of a contact is what the contact model says is there, at once with a gain of 1; it is gone when the
-    /// contact is.
+    /// Of a contact, the zone removes what the contact model expects there. With a gain of 1 the observer shows this at once; it
+    /// is zero when the contact is over.
     #[test]
     fn what_the_zone_swallows_is_what_the_contact_model_expects() {
         let (mut lost, mut least) = ([0.0; 2], f64::MAX);
@@ -188,7 +188,7 @@ mod tests {
         assert!(checked > 3, "{checked}");
     }
 
-    /// A half of what is missing in each cycle.
+    /// The observer removes half of its error in each cycle.
     #[test]
     fn the_observer_comes_closer_by_its_gain() {
         let mut docking = docking(LawName::SmithDeadZone, 50.0, 0.5);

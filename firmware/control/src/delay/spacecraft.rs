@@ -9,7 +9,7 @@ use nalgebra::UnitQuaternion;
 /// Cycle, s.
 pub(super) const CYCLE_S: f64 = 0.004;
 
-/// Both, and where the robot is measured.
+/// Both spacecraft, and the measured pose of the robot.
 pub(super) struct Spacecraft {
     pub(super) bodies: TwoBody<f64>,
     pub(super) state: TwoBodyState<f64>,
@@ -18,7 +18,7 @@ pub(super) struct Spacecraft {
 }
 
 impl Spacecraft {
-    /// At their initial state, with the robot where K is seen from Q.
+    /// At their initial state, with the robot at the pose of K seen from Q.
     pub(super) fn new(k: &BodySettings, q: &BodySettings) -> Self {
         let state = TwoBodyState {
             k: BodyState::initial(k),
@@ -45,7 +45,7 @@ impl Spacecraft {
         Self::new(&k, &wall)
     }
 
-    /// A cycle with this wrench.
+    /// The input of a law in a cycle with this wrench.
     pub(super) fn input<'a>(&'a self, wrench: &'a Wrench<f64>) -> LawInput<'a, f64> {
         let model = relative_velocity(&self.state.k, &self.state.q);
         self.asked(wrench, model)

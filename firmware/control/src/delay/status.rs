@@ -1,19 +1,19 @@
-//! What a law tells about itself in each cycle, for the trace.
+//! What a law reports in each cycle, for the trace.
 
-/// How much a law trusts what it has found out about robot and contact. In recordings and JSON it keeps the
-/// names `no_ladder`, `watching`, `identifying` and `leading` of the field `rung`.
+/// How much a law trusts what it has identified of robot and contact. In recordings and JSON the levels keep the names
+/// `no_ladder`, `watching`, `identifying` and `leading` of the field `rung`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ConfidenceLevel {
-    /// The law finds out nothing.
+    /// The law identifies nothing.
     #[default]
     #[cfg_attr(feature = "serde", serde(rename = "NoLadder"))]
     NotAssessed,
-    /// The robot's answer to the approach is being compared with what is believed of it, or was another one while the interlock
+    /// The robot's response on the approach is still being compared with the settings, or differs from them while the interlock
     /// is off.
     #[cfg_attr(feature = "serde", serde(rename = "Watching"))]
     Unverified,
-    /// The robot does as believed; the contact is identified as it happens.
+    /// The robot behaves as the settings say; the contact is identified as it happens.
     #[cfg_attr(feature = "serde", serde(rename = "Identifying"))]
     Verified,
     /// The identification of a contact did not fit: the next one is led by the model's velocity and
@@ -46,23 +46,23 @@ pub struct LawFlags {
 }
 }
 
-/// State of a law that finds things out; zeros for the others.
+/// State of a law that identifies robot or contact; zeros for the others.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LawStatus {
     /// Confidence level.
     #[cfg_attr(feature = "serde", serde(rename = "rung"))]
     pub confidence: ConfidenceLevel,
-    /// What was noticed or done.
+    /// What the law noticed or did in this cycle.
     pub flags: LawFlags,
     /// Stiffness along the direction of contact, N/m.
     pub stiffness_n_per_m: f64,
     /// Damping along it, N·s/m.
     pub damping_n_s_per_m: f64,
-    /// Mean delay from a command to its execution, followed while running, s.
+    /// Mean delay from a command to its execution as tracked at present, s.
     pub delay_s: f64,
     /// Cycles by which the reported pose is older than the force.
     pub latency_cycles: u16,
-    /// Misfit of robot (before a contact) or contact (in one and after it), as a part of the signal.
+    /// Misfit of the robot (before a contact) or of the contact (in it and after it), as a fraction of the signal.
     pub misfit: f64,
 }

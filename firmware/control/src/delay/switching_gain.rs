@@ -9,10 +9,10 @@
 //! "Stability Analysis and Delay Compensation for Space Instable Target Simulator", Actuators 13 (2024) 123: a switching
 //! compensator with variable gain, made of an energy observer and a tracking differentiator, against a fixed and a
 //! linear gain. Only the abstract was at hand. It leaves open:
-//! - what the gain multiplies: here the force's rate over the delay, as in the force leads that it is compared with;
-//! - the energy that is observed: here what the model takes from the contact beyond what the robot was paid, over E₀, the
-//!   energy of the approach; and the law from energy to gain: here linear, switched off where more than a hundredth of E₀ was
-//!   lost: in the beginning of a contact the sign of E is one of rounding;
+//! - what the gain multiplies: here the rate of the force times the delay, as in the force leads that it is compared with;
+//! - the energy that is observed: here the energy that the model takes from the contact beyond the work on the robot, over E₀,
+//!   the energy of the approach; and the law from energy to gain: here linear, with the gain zero where more than a hundredth of
+//!   E₀ was lost, as the sign of E at the beginning of a contact is one of rounding;
 //! - the differentiator: here Han's, with the time-optimal feedback of a double integrator,
 //!   Han, "From PID to active disturbance rejection control", IEEE Trans. Ind. Electron. 56 (2009) 900;
 //! - the numbers K₀, γ, and those of the differentiator.
@@ -49,7 +49,7 @@ pub struct SwitchingGainSettings: "delay.switching_gain" {
 }
 }
 
-/// The law and its contact. It counts in f64 whatever the scalar of the cycle is.
+/// The law and its contact. It computes in f64 whatever the scalar type of the cycle is.
 #[derive(Clone, Debug)]
 pub struct SwitchingGain<S: Scalar> {
     settings: SwitchingGainSettings,
@@ -62,7 +62,7 @@ pub struct SwitchingGain<S: Scalar> {
     /// E and E₀, J.
     made: f64,
     brought: f64,
-    /// How late the pose is, cycles, and what the model took in these cycles, J.
+    /// Latency of the pose, cycles, and the energy that the model took in each of the last cycles, J, newest first.
     latency: usize,
     taken: [f64; LATENCIES],
 }
@@ -99,7 +99,7 @@ impl<S: Scalar> SwitchingGain<S> {
             self.brought = 0.5 * velocity * velocity / along.mobility.get().max(1e-8);
         }
         self.track(load);
-        // What the robot was paid is of when its pose was true.
+        // The work on the robot is that at the time of its reported pose, so the model's part is delayed alike.
         self.taken.rotate_right(1);
         self.taken[0] = load * velocity * self.cycle_s;
         let taken = self.taken[self.latency.min(LATENCIES - 1)];
@@ -131,7 +131,7 @@ impl<S: Scalar> SwitchingGain<S> {
         self.rate += feedback * self.cycle_s;
     }
 
-    /// What it knows: whether a contact is open.
+    /// Status: the delay as set, and whether a contact is open.
     pub fn status(&self) -> LawStatus {
         LawStatus {
             delay_s: self.delay_s,
@@ -204,10 +204,10 @@ mod tests {
             let shortest = 2.0 * f64::sqrt(f64::abs(x) / r) / h;
             let late = steps as f64 - shortest;
             assert!((0.0..=3.5).contains(&late), "{x}: {steps} {shortest}");
-            // A fifth of what it moves in a step at most.
+            // At most a fifth of what it moves in a step.
             assert!(beyond < 0.2 * r * h * h, "{x}: {beyond}");
         }
-        // Moving away it stops first: v/r, and then back.
+        // If it moves away it first stops, which takes v/r, and then goes back.
         let (steps, _) = brought_to_rest(1.0, 2.0, r, h);
         let shortest = (2.0 / r + 2.0 * f64::sqrt((1.0 + 0.5 * 4.0 / r) / r)) / h;
         assert!(
@@ -216,7 +216,7 @@ mod tests {
         );
     }
 
-    /// So near that the acceleration need not be the largest.
+    /// So near that less than the largest acceleration is enough.
     #[test]
     fn near_its_goal_a_double_integrator_is_there_in_two_steps() {
         for (x, v) in [(1e-3, 0.0), (-2e-3, 0.1), (0.0, 0.2), (4e-3, -0.3)] {
@@ -224,7 +224,8 @@ mod tests {
         }
     }
 
-    /// A fraction of the energy of the approach: none if a hundredth was lost, more the more was made, five at most.
+    /// By the energy over that of the approach: the gain is zero if a hundredth was lost, larger the more was generated, five at
+    /// most.
     #[test]
     fn the_gain_is_switched_by_the_energy() {
         let mut law = SwitchingGain::<f64>::new(&DelaySettings::default(), CYCLE_S);
@@ -244,8 +245,8 @@ mod tests {
         assert_eq!(law.gain(), 1.0);
     }
 
-    /// A cycle of K of 500 kg, away from a wall at this velocity (m/s), which has moved since the last (m), with a load along x:
-    /// what it feels.
+    /// A cycle with K of 500 kg at this velocity away from a wall (m/s), at a position that has changed by this since the last
+    /// cycle (m), with a load along x (N). Returns what is felt.
     fn cycle(
         law: &mut SwitchingGain<f64>,
         x: &mut f64,
@@ -286,7 +287,7 @@ mod tests {
         assert!((law.brought - 0.5 * 500.0 * 4e-4).abs() < 1e-9);
     }
 
-    /// A robot that does at once what the model does, and says so four cycles later, makes nothing.
+    /// A robot that follows the model at once and reports its pose four cycles late generates no energy.
     #[test]
     fn a_late_pose_makes_no_energy() {
         let mut settings = DelaySettings::default();
@@ -299,14 +300,14 @@ mod tests {
         }
     }
 
-    /// A load that grows by 2 N in a cycle is felt as it will be 34 ms later; it never pulls.
+    /// A load that grows by 2 N per cycle is felt as it will be 34 ms later; it never pulls.
     #[test]
     fn the_load_is_led_by_the_delay() {
         let mut law = SwitchingGain::new(&DelaySettings::default(), CYCLE_S);
         let (mut x, mut felt) = (0.0, 0.0);
         for n in 0..60 {
             let load = 2.0 * f64::from(n + 1);
-            // What is taken is paid: no energy is made.
+            // The energy that the model takes equals the work on the robot: none is generated.
             felt = cycle(&mut law, &mut x, (load, -0.01, -4e-5));
         }
         let later = 120.0 + 2.0 * 0.034 / CYCLE_S;

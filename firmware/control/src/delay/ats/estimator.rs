@@ -1,4 +1,4 @@
-//! What identifies the robot: a low-pass that gives derivatives, and least squares of three coefficients with
+//! Parts of the identification of the robot: a low-pass that also gives derivatives, and least squares of three coefficients with
 //! forgetting.
 
 use crate::scalar::Scalar;
@@ -74,7 +74,7 @@ impl<S: Scalar> Regression<S> {
         }
     }
 
-    /// Adds the equation `row · a = value` after everything before has lost weight.
+    /// Multiplies all sums by `kept` (forgetting), then adds the equation `row · a = value`.
     pub(super) fn push(&mut self, row: &[S; 3], value: S, kept: S) {
         for i in 0..3 {
             for j in i..3 {
@@ -89,7 +89,7 @@ impl<S: Scalar> Regression<S> {
     /// The equations are scaled to a unit diagonal first, which keeps the digits of fixed point; the
     /// elimination needs no pivoting because the matrix is positive definite.
     pub(super) fn solve(&self, ridge: S) -> [S; 3] {
-        // Never below a digit that fixed point can divide by.
+        // At least a number that fixed point can divide by.
         let least = S::of(1e-6);
         let size: [S; 3] = core::array::from_fn(|i| (self.matrix[i][i] + ridge).max(least).sqrt());
         let mut m = [[S::zero(); 3]; 3];

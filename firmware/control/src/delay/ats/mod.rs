@@ -13,16 +13,15 @@
 //! Choices that the equation leaves open:
 //! - Command and measurement pass the same low-pass (`estimator`), which gives the derivatives of
 //!   the measurement and leaves the relation between the two as it is.
-//! - The window is one that forgets (`window_s`). A ridge draws the coefficients to the believed
-//!   1, τ, τ²/2: an approach at constant speed tells nothing of a₂.
-//! - Coefficients stay within `bounds` around the belief, which are parts of 1, τ and τ²/2.
+//! - The window is exponential (`window_s`). A ridge draws the coefficients to the believed 1, τ, τ²/2, as an approach at
+//!   constant speed says nothing about a₂.
+//! - Coefficients stay within `bounds` around the believed values; the bounds are fractions of 1, τ and τ²/2.
 //! - The command is sent as a velocity with the present coefficients, so that neither the start nor
 //!   a changed coefficient is a jump. The derivatives of the model are those of
 //!   [`super::lead`].
-//! - One component learns per cycle, in turns: a solution takes a dozen divisions.
+//! - In each cycle one of the six components solves its equations, in turns, as a solution takes a dozen divisions.
 //!
-//! Displacement that is lost in a pause at reversal is no delay, but is taken for one until it is
-//! forgotten.
+//! The displacement that is lost in a pause at a reversal is not a delay, but is identified as one until it is forgotten.
 
 mod estimator;
 
@@ -68,7 +67,7 @@ pub struct Ats<S: Scalar> {
     latency_cycles: usize,
 }
 
-/// What all components use. Coefficients are parts of `scale`, in which the derivatives are counted.
+/// What all components use. Coefficients are in units of `scale`, and derivatives are multiplied by it accordingly.
 #[derive(Clone, Copy, Debug)]
 struct Shared<S> {
     ts: S,
@@ -129,8 +128,8 @@ impl<S: Scalar> Ats<S> {
         }
     }
 
-    /// One cycle. Parts: (a₀ − 1) v, the part of v', the part of v''. The status tells the delay
-    /// that was learned along the axis that moves fastest.
+    /// One cycle. Parts: (a₀ − 1) v, the term of v', the term of v''. The status reports the delay that was learned along the
+    /// axis that moves fastest.
     pub fn step(&mut self, input: &LawInput<'_, S>) -> LawOutput<S> {
         self.learn(input);
         let mut command = components(&input.model);
@@ -164,7 +163,7 @@ impl<S: Scalar> Ats<S> {
 
     fn learn(&mut self, input: &LawInput<'_, S>) {
         let start = *self.start.get_or_insert(*input.commanded);
-        // What was commanded when the reported pose was true.
+        // The commanded pose at the time of the reported pose.
         let mut commanded = components(&step(&start, input.commanded));
         let recent = input.sent.oldest_ordered().rev().take(self.latency_cycles);
         for sent in recent.map(components) {
@@ -227,7 +226,7 @@ impl<S: Scalar> Axis<S> {
             core::array::from_fn(|i| found[i].clamp(-shared.bounds[i], shared.bounds[i]));
     }
 
-    /// What is added to the model's velocity: by a₀ − 1, by v', by v''.
+    /// The terms that are added to the model's velocity: of a₀ − 1, of v', of v''.
     fn lead(&mut self, v: S, shared: &Shared<S>) -> [S; 3] {
         let slope = v - self.last.unwrap_or(v);
         let curvature = slope - self.slope;
@@ -380,7 +379,7 @@ mod tests {
         }
     }
 
-    /// Of six components in turn; the one that moves fastest is told.
+    /// Each of the six components moves fastest in turn; the status reports the delay of that one.
     #[test]
     fn the_delay_that_is_told_is_that_of_the_fastest_component() {
         let mut law = Ats::<f64>::new(&DelaySettings::default(), CYCLE_S);
@@ -402,7 +401,8 @@ mod tests {
         }
     }
 
-    /// u = z + τ z' + ½ τ² z'' of a parabola in mm, whose derivatives the low-pass leaves exact: each component in its turn.
+    /// u = z + τ z' + ½ τ² z'' of a parabola in mm, whose derivatives the low-pass leaves exact; checked for each component in
+    /// its turn.
     #[test]
     fn the_coefficients_of_a_robot_are_learned_by_every_component() {
         for (believed_s, true_s) in [(0.030, 0.032), (0.032, 0.028)] {
@@ -438,7 +438,7 @@ mod tests {
         }
     }
 
-    /// A window of 1.5 s of samples of 20 µm: as heavy as what is believed.
+    /// A window of 1.5 s of samples of 20 µm weighs as much as the prior.
     #[test]
     fn the_belief_weighs_as_much_as_a_window_of_small_samples() {
         let mut settings = DelaySettings::default();
@@ -450,7 +450,8 @@ mod tests {
         }
         assert!((law.shared.ridge / sum - 1.0).abs() < 1e-9);
         assert!((law.shared.kept - (-CYCLE_S / 1.5).exp()).abs() < 1e-15);
-        // What is learned stays within parts of the belief, of half a cycle here.
+        // The bounds are fractions of the believed coefficients, which a delay of half a cycle makes 1, ½ and ¼ in units of a
+        // cycle.
         settings.actuator.delay_s = 0.002;
         let bounds = Ats::<f64>::new(&settings, CYCLE_S).shared.bounds;
         assert_eq!(bounds, [0.05, 0.5 * 0.5, 0.25]);

@@ -6,9 +6,9 @@
 //! z − ẑ = x₀ − d ẑ' Ts
 //! ```
 //!
-//! is solved by least squares for an offset x₀ and d, the cycles by which the robot is later than believed. All motion is a
-//! ramp and then straight, so that z is one number, the progress along the velocity. What remains is noise, or another
-//! structure than the one believed.
+//! is solved by least squares for an offset x₀ and d, the cycles by which the robot is later than believed. The motion is a ramp
+//! and then straight, so that z is a scalar, the progress along the velocity. The residual is noise, or shows that the structure
+//! of the robot is another one than believed.
 
 use super::V6;
 use super::least_squares::shrunk;
@@ -24,13 +24,13 @@ pub(super) struct Findings {
     pub(super) extra_delay: f64,
     /// Its standard deviation by noise, cycles.
     pub(super) deviation: f64,
-    /// It was at the end of its range.
+    /// The delay was clamped to its range.
     pub(super) at_bound: bool,
     /// What the extra delay would be without that range, cycles.
     wanted: f64,
     /// Standard deviation of a measured progress, m.
     pub(super) noise_m: f64,
-    /// Misfit, as a part of the displacement in a delay.
+    /// Misfit beyond noise, as a fraction of the displacement in a delay.
     pub(super) misfit: f64,
     /// The fit is made of the whole window.
     pub(super) complete: bool,
@@ -42,7 +42,7 @@ impl Findings {
         (self.wanted - self.extra_delay).abs()
     }
 
-    /// An extra delay within the range in which the delay is followed, cycles.
+    /// Clamps an extra delay to the range in which the delay is followed, cycles; records whether that changed it.
     fn bounded(&mut self, wanted: f64) -> f64 {
         let within = wanted.clamp(DELAY_RANGE[0], DELAY_RANGE[1]);
         (self.at_bound, self.wanted) = (within != wanted, wanted);
@@ -57,7 +57,7 @@ pub(super) struct Approach {
     along: V6,
     pub(super) speed: f64,
     start: V6,
-    /// Measured progress and commanded rate, in units of the speed: cycles, 1.
+    /// Measured progress (in cycles) and commanded rate (dimensionless), both in units of the speed.
     measured: [f64; APPROACH_WINDOW],
     commanded: [f64; APPROACH_WINDOW],
     cycles: usize,
@@ -79,18 +79,18 @@ impl Approach {
         }
     }
 
-    /// Whether nothing more is to be learned.
+    /// Whether the identification has ended: the window is full, or the approach too slow.
     pub(super) fn is_over(&self) -> bool {
         self.cycles >= APPROACH_WINDOW || self.speed < SLOWEST_APPROACH
     }
 
-    /// Something is touched: what was not seen by now stays unknown, as the motion is straight no more.
+    /// A contact begins: the identification ends with what it has, as the motion is not straight any more.
     pub(super) fn end(&mut self) {
         self.cycles = APPROACH_WINDOW;
     }
 
-    /// A cycle: the position at its end, the command of its beginning. Answers by how many cycles
-    /// the delay is to be changed.
+    /// Takes in a cycle: the position at its end and the command of its beginning. Returns by how many cycles the delay is to be
+    /// changed; `None` if it is not.
     pub(super) fn take(&mut self, position: &V6, command: &V6, model: &RobotModel) -> Option<f64> {
         if self.is_over() {
             return None;
@@ -109,15 +109,16 @@ impl Approach {
         due.then(|| self.fit(model)).flatten()
     }
 
-    /// A change of the delay that was found later: how much of it is within the range in which the delay is
-    /// followed, cycles.
+    /// Takes in a change of the delay that was found later. Returns the part of it that stays within the range in which the delay
+    /// is followed, cycles.
     pub(super) fn bounded_change(&mut self, later: f64) -> f64 {
         let findings = &mut self.findings;
         let within = findings.bounded(findings.extra_delay + later);
         within - core::mem::replace(&mut findings.extra_delay, within)
     }
 
-    /// One step of the fit.
+    /// Fits offset and delay. Returns the change of the delay, cycles; `None` if it is not significant or the robot has hardly
+    /// moved.
     fn fit(&mut self, model: &RobotModel) -> Option<f64> {
         let mut sums = OffsetAndDelay::default();
         self.simulate(model, |residual, rate| sums.add(residual, rate));
@@ -138,7 +139,7 @@ impl Approach {
         findings.deviation = noise / sums.leverage();
         let unlike = (beyond / sums.leverage()).min(APPROACH_DEVIATION_LIMIT);
         let variance = findings.deviation * findings.deviation + unlike * unlike;
-        // The settings say where the delay is; what is seen counts as far as it is more than noise.
+        // The delay of the settings is the prior: a deviation from it counts as far as it exceeds noise.
         let seen = shrunk(findings.extra_delay + step, variance, APPROACH_SIGNIFICANCE);
         let wanted = findings.bounded(seen);
         let step = wanted - findings.extra_delay;
@@ -149,7 +150,7 @@ impl Approach {
         significant.then_some(step)
     }
 
-    /// Runs the robot model through the commands: measured less model, and the model's rate.
+    /// Runs the robot model with the commands; passes measured minus model, and the rate of the model, to `see`.
     fn simulate(&self, model: &RobotModel, mut see: impl FnMut(f64, f64)) {
         let (mut axis, mut position) = (AxisState::default(), 0.0);
         let unit = RobotModel {
@@ -193,12 +194,12 @@ impl OffsetAndDelay {
         self.rate_squared - self.rate * self.rate / self.count.max(1.0)
     }
 
-    /// Noise of d is that of a residual over this.
+    /// √ of the spread: the standard deviation of d is that of a residual over this.
     fn leverage(&self) -> f64 {
         ComplexField::sqrt(self.spread().max(1e-6))
     }
 
-    /// x₀ and d; none if the robot has hardly moved.
+    /// x₀ and d; `None` if the robot has hardly moved.
     fn solve(&self) -> Option<(f64, f64)> {
         let spread = self.spread();
         if spread < 1.0 {
@@ -228,8 +229,8 @@ mod tests {
         V6::new(0.003, 0.0, -0.004, 0.0, 0.0, 0.0)
     }
 
-    /// Identification of a robot by a model that is corrected as it goes, with noise of this size (m), for so many cycles: how the
-    /// delay was changed, and in which of them. It began 2 µm from where it was measured then.
+    /// Identifies a robot with noise of this size (m) for so many cycles, with a model that is corrected as it goes. Returns how
+    /// the delay was changed, and in which cycles. The motion began 2 µm from the measured start.
     fn follow(
         truth: &RobotModel,
         believed: &mut RobotModel,
@@ -259,7 +260,7 @@ mod tests {
         (approach, changes)
     }
 
-    /// The whole of it.
+    /// The identification over the whole window.
     fn identify(
         truth: &RobotModel,
         believed: &mut RobotModel,
@@ -271,7 +272,7 @@ mod tests {
         (approach, changes)
     }
 
-    /// What is across the approach, and where it began, does not matter.
+    /// Motion across the approach, and the start, do not matter.
     #[test]
     fn the_delay_of_the_robot_is_found_in_the_first_fit() {
         for delay in [9.3, 8.0, 6.5, 4.0] {
@@ -310,7 +311,7 @@ mod tests {
         let findings = approach.findings;
         assert!((findings.noise_m / 1e-6 - 1.0).abs() < 0.2, "{findings:?}");
         assert_eq!(changes, []);
-        // 20 µm in a cycle, and a rate that has grown from 0 to 1 within 20 of 88 cycles.
+        // 20 µm in a cycle, and a rate that grows from 0 to 1 within 20 of 88 cycles.
         let rates = (0..88).map(|k: usize| (k.saturating_sub(8) as f64 / 20.0).min(1.0));
         let mean = rates.clone().sum::<f64>() / 88.0;
         let spread: f64 = rates.map(|rate| (rate - mean) * (rate - mean)).sum();
@@ -322,7 +323,7 @@ mod tests {
         assert!(findings.misfit < 0.003, "{findings:?}");
     }
 
-    /// A servo of the same mean delay leaves its own shape, which is no noise, and is not taken for a dead time.
+    /// A servo of the same mean delay leaves a smooth residual, which is not noise, and which a dead time does not explain.
     #[test]
     fn another_structure_is_a_misfit() {
         let servo = robot(3.0, 10.0);
@@ -337,7 +338,8 @@ mod tests {
         assert!(findings.extra_delay.abs() < 0.3, "{findings:?}");
     }
 
-    /// Of the first fit: by twice the deviation that noise makes, and by what is unlike the robot, a third of a cycle at most.
+    /// In the first fit: shrunk by twice the deviation from noise, and by that from another structure, a third of a cycle at
+    /// most.
     #[test]
     fn a_delay_counts_as_far_as_it_is_significant() {
         let servo = robot(3.0, 10.0);

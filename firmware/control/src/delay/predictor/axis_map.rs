@@ -1,7 +1,7 @@
-//! The robot's axes X Y Z A B C, in which the law works because its delay and its pauses are those of its axes.
+//! The robot's axes X Y Z A B C. The law works in these, as delay and pauses of the robot are those of its axes.
 //!
-//! Angles are multiplied by a length, and so become metres, and torques forces: all six are then of one size,
-//! and a contact beside the centre is a contact along one direction of six.
+//! Angles are multiplied by a length, and so become metres, and torques are divided by it and become forces. All six then have
+//! similar magnitudes, and a contact off the centre has one direction in six dimensions.
 
 use super::tuning::*;
 use super::{M6, V6};
@@ -9,7 +9,7 @@ use crate::frames::{Pose, Twist, Wrench, abc_from_orientation};
 use crate::scalar::Scalar;
 use nalgebra::{ComplexField, Matrix3, Vector3};
 
-/// The map between axes and body at an orientation.
+/// The map between axes and body at one orientation.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AxisMap {
     /// ω in M = `body_from_axes` · (A', B', C').
@@ -58,7 +58,7 @@ impl AxisMap {
         Twist::of(&[v[0], v[1], v[2], spin.x, spin.y, spin.z])
     }
 
-    /// Generalised forces of a wrench at M in axes of M.
+    /// Generalised forces on the axes of a wrench at M in axes of M.
     pub(super) fn load<S: Scalar>(&self, wrench: &Wrench<S>) -> V6 {
         let [x, y, z, a, b, c] = wrench.get();
         let (force, torque) = (self.c_from_m * Vector3::new(x, y, z), Vector3::new(a, b, c));
@@ -74,8 +74,7 @@ impl AxisMap {
         Wrench::of(&[force.x, force.y, force.z, torque.x, torque.y, torque.z])
     }
 
-    /// Velocity of the axes per generalised impulse, from that of a twist (linear in C, angular in
-    /// M) per impulsive wrench at M in axes of M.
+    /// Velocity of the axes per generalised impulse, from the twist (linear in C, angular in M) per impulse at M in axes of M.
     pub(super) fn mobility(&self, of_wrench: &M6) -> M6 {
         let rates = self.axes_from_body * ANGLE_LEVER_M;
         let torques = self.axes_from_body.transpose() * ANGLE_LEVER_M;
@@ -89,7 +88,7 @@ impl AxisMap {
     }
 }
 
-/// Positions of the axes, m and m of the lever, and the angles A, B, C, rad.
+/// Positions of the axes (m; angles times the lever), and the angles A, B, C, rad.
 pub(super) fn positions<S: Scalar>(pose: &Pose<S>) -> (V6, [f64; 3]) {
     let t = &pose.translation.vector;
     let abc = abc_from_orientation(&pose.rotation).map(S::get);
@@ -97,7 +96,7 @@ pub(super) fn positions<S: Scalar>(pose: &Pose<S>) -> (V6, [f64; 3]) {
     (V6::new(t.x.get(), t.y.get(), t.z.get(), a, b, c), abc)
 }
 
-/// The same positions with angles within half a turn of others.
+/// The same positions, with angles within half a turn of those of `near`.
 pub(super) fn unwrapped(mut positions: V6, near: &V6) -> V6 {
     let turn = core::f64::consts::TAU * ANGLE_LEVER_M;
     for i in 3..6 {
@@ -124,7 +123,7 @@ mod tests {
         AxisMap::at(pose, positions(pose).1)
     }
 
-    /// Turned by large angles about all axes.
+    /// Orientations with large angles about all axes.
     fn poses() -> [Pose<f64>; 4] {
         [
             pose([0.1, 0.2, 0.3], [0.0, 0.0, 0.0]),
@@ -170,7 +169,7 @@ mod tests {
         }
     }
 
-    /// Where A and C are the same axis their rates would have no end.
+    /// Where A and C are the same axis their rates would be infinite.
     #[test]
     fn at_the_gimbal_lock_the_rates_of_the_axes_are_bounded() {
         for b in [90.0_f64, -90.0, 89.99] {

@@ -1,12 +1,12 @@
-//! A contact estimated from all its loads at once, by a dense orthogonal decomposition: what the recursive estimator is judged
-//! by in its tests.
+//! A contact estimated from all its loads at once, by a dense QR decomposition: the reference for the tests of the recursive
+//! estimator.
 
 use super::V6;
 use super::contact_estimator::{DAMPING, Estimate, OFFSET, Prior, UNKNOWNS, Unknowns};
 use nalgebra::{SMatrix, SVector};
 
-/// All that is known of a contact as the rows of one least-squares problem, in units of a load's error: rows, right side, and
-/// how many of them are no prior.
+/// A least-squares problem with all information on a contact, in units of a load's error: rows, right side, the number of rows,
+/// and how many of them are not prior.
 pub(super) struct Batch {
     rows: SMatrix<f64, 80, UNKNOWNS>,
     right: SVector<f64, 80>,
@@ -30,7 +30,7 @@ impl Batch {
         self.used += 1;
     }
 
-    /// κ is k₀ h to a factor of two along h and to a tenth across it, any damping up to a critical one, any offset.
+    /// The prior: κ is k₀ h with a factor of two along h and a tenth across it, any damping up to critical, any offset.
     pub(super) fn push_prior(&mut self, prior: &Prior) {
         self.data = self.used;
         let (k0, sigma) = (prior.stiffness, prior.sigma);
@@ -48,7 +48,7 @@ impl Batch {
         self.push(Unknowns::ith(OFFSET, 1.0), 0.0, 1e-9_f64.sqrt());
     }
 
-    /// The best unknowns, with a damping that is given or not.
+    /// The best unknowns, with a fixed damping or a free one.
     fn solve(&self, damping: Option<f64>) -> Unknowns {
         let (mut rows, mut right) = (self.rows, self.right);
         if let Some(damping) = damping {
@@ -61,7 +61,7 @@ impl Batch {
         qr.r().solve_upper_triangular(&right).expect("a rank")
     }
 
-    /// Sum of the squares that they leave of what was measured.
+    /// Sum of squared residuals of the measurements, without those of the prior.
     fn left(&self, unknowns: &Unknowns) -> f64 {
         let left = self.rows * unknowns - self.right;
         left.rows(0, self.data).norm_squared()
@@ -83,7 +83,7 @@ fn assert_same(found: f64, expected: f64, what: &str) {
     );
 }
 
-/// What follows from the best unknowns of a batch.
+/// Asserts that an estimate follows from the best unknowns of a batch.
 pub(super) fn assert_batch(
     estimate: &Estimate,
     batch: &Batch,
@@ -116,7 +116,7 @@ pub(super) fn assert_batch(
     assert_same(estimate.error, (left / count).sqrt(), "error");
     assert_same(estimate.misfit, (left / squares).sqrt(), "misfit");
     assert_same(estimate.mass, 1.0 / inverse_mass, "mass");
-    // Where a robot that stands still feels nothing.
+    // The surface is where a robot at rest feels no force.
     let kappa: V6 = best.fixed_rows::<6>(0).into();
     let way = estimate.surface - estimate.gradient.dot(&origin);
     let at_rest = best[OFFSET] - best[DAMPING] * closing;

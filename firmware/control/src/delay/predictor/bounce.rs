@@ -1,4 +1,4 @@
-//! The exact bounce of a mass, as the observer of a perfect robot sees it, for the tests of contacts.
+//! The exact bounce of a mass as observed with a perfect robot, for the tests of contacts.
 
 use super::contact::{Contact, Onset};
 use super::observer::{AtForce, Observer};
@@ -21,7 +21,7 @@ pub(super) fn x(value: f64) -> V6 {
     V6::ith(0, value)
 }
 
-/// Within a part of the expected number.
+/// Asserts that a number is within a fraction of the expected one.
 #[track_caller]
 pub(super) fn assert_near(found: f64, expected: f64, part: f64) {
     let apart = (found - expected).abs();
@@ -40,7 +40,7 @@ pub(super) struct Bounce {
 }
 
 impl Bounce {
-    /// Into a spring, with the first load so many cycles after the onset.
+    /// Into a spring, with the first load `phase` cycles after the onset.
     pub(super) fn spring(phase: f64) -> Self {
         Self {
             zeta: 0.0,
@@ -64,7 +64,7 @@ impl Bounce {
         (cycle as f64 - FIRST as f64 + self.phase) * CYCLE_S
     }
 
-    /// What is observed in a cycle.
+    /// The observer in a cycle.
     pub(super) fn observer(&self, cycle: usize) -> Observer {
         let (spacecraft, wrench) = (Spacecraft::before_a_wall([0.0; 3]), Wrench::zero());
         let mut observer = Observer::new(&spacecraft.input(&wrench));
@@ -82,7 +82,7 @@ impl Bounce {
         observer
     }
 
-    /// A contact that begins with that cycle, felt from a threshold on, N.
+    /// A contact that begins in cycle [`FIRST`], with loads from a threshold on, N.
     pub(super) fn begun(&self, threshold: f64) -> Contact {
         let onset = Onset {
             velocity: x(CLOSING),
@@ -98,7 +98,7 @@ impl Bounce {
         Contact::new(&self.observer(FIRST), &onset)
     }
 
-    /// Takes the loads of so many cycles.
+    /// The same contact after the loads of so many cycles.
     pub(super) fn followed(&self, threshold: f64, cycles: usize) -> Contact {
         let mut contact = self.begun(threshold);
         for cycle in FIRST..FIRST + cycles {

@@ -1,5 +1,5 @@
-//! The command of a cycle: the moves that bring the robot along the reference, a preload on top of them along the contact, and
-//! what holds their sum.
+//! The command of a cycle: the tracking moves that bring the robot along the reference, a preload on top of them along the
+//! contact, and the limits on their sum.
 
 use super::V6;
 use super::contact_estimator::Estimate;
@@ -15,7 +15,7 @@ use super::tuning::*;
 /// What is sent, and its parts.
 pub(super) struct Command {
     pub(super) velocity: V6,
-    /// Its parts beside the model's velocity: what tracks the reference, and the preload.
+    /// Its parts besides the model's velocity: the tracking of the reference, and the preload.
     pub(super) tracking: V6,
     pub(super) preload: V6,
     /// The preload along the contact, m/s.
@@ -67,8 +67,8 @@ impl ControlProblem<'_> {
         }
     }
 
-    /// The preload for which the impulse to come is that of the rebound, m/s along the contact; none where no
-    /// command can reach the rest of the contact.
+    /// The preload with which the impulse to come leaves the model with the velocity of the rebound, m/s along the contact; 0
+    /// where no command can take effect within the rest of the contact.
     fn preload_rate(
         &self,
         contact: &Estimate,
@@ -102,11 +102,11 @@ impl ControlProblem<'_> {
         matching.solve(SPEED_LIMIT * self.reference.closing.max(SPEED_LIMIT_BASE))
     }
 
-    /// Delay after which the robot may answer at the soonest, cycles: of a pose that may be older than believed.
+    /// Earliest time after which the robot may respond to a command, cycles: the pose may be older than believed.
     ///
-    /// Turning too early costs a pause and the rest of the contact, turning late only what the robot goes meanwhile. So a
-    /// reversal waits for what is not refuted, as long as the contact bears it: as long as a robot that goes on until then,
-    /// stands for a pause, and retreats as fast as it came, gets no more than a part of the rebound.
+    /// Reversing too early costs a pause and the rest of the contact; reversing too late costs only the displacement until then.
+    /// So a reversal waits for every latency that is not refuted, as long as the contact allows it: a robot that goes on until
+    /// then, stands for a pause, and retreats as fast as it came, must leave the model a part of its rebound ([`WAITING_TAKES`]).
     fn soonest(&self, free: &FreeResponse) -> f64 {
         let latest = self.latest.min(self.latency + OLDER_POSE);
         let soonest = self.model.execution_delay(latest.max(self.latency));
@@ -128,7 +128,7 @@ impl ControlProblem<'_> {
         }
     }
 
-    /// Velocity of the reference, a delay ahead of this cycle.
+    /// Velocity of the reference over the cycle in which the robot executes this command.
     fn base(&self, ahead: &Deviations) -> V6 {
         let change = (ahead[1].displacement - ahead[0].displacement) / self.model.cycle_s;
         self.reference.velocity - self.reference.push * change
@@ -144,7 +144,7 @@ impl ControlProblem<'_> {
     }
 }
 
-/// A command that is no faster than a multiple of the velocity before the contact, and whether it was.
+/// The command limited to a multiple of the velocity before the contact, and whether it was limited.
 pub(super) fn limited(command: V6, before: &V6) -> (V6, bool) {
     let most = SPEED_LIMIT * before.norm().max(SPEED_LIMIT_BASE);
     let size = command.norm();
@@ -168,18 +168,18 @@ mod tests {
     use crate::delay::spacecraft::CYCLE_S;
 
     const LATENCY: usize = 1;
-    /// Cycles from a command to its execution if the pose is as old as believed, and of a pause.
+    /// Cycles from a command to its execution if the pose is as old as believed.
     const DELAY: f64 = 8.0;
     const PAUSE: f64 = 4.0;
-    /// Where the contact's spring is free, m.
+    /// Position at which the spring of the contact is unloaded, m.
     const SURFACE: f64 = 0.3;
 
     fn model() -> RobotModel {
         RobotModel::new(&robot(DELAY, PAUSE, 0.0, 0.0), CYCLE_S, LATENCY as f64)
     }
 
-    /// What is asked: when the robot may answer, in a contact (k, c, m) into which the robot goes on (depth, and per cycle, m)
-    /// with the model at a velocity after a closing velocity, m/s.
+    /// A case: when may the robot respond? A contact (k, c, m), the depth of the robot and its change per cycle (m), the velocity
+    /// of the model and its closing velocity (m/s).
     struct Question {
         contact: Option<(f64, f64, f64)>,
         depth: (f64, f64),
@@ -223,7 +223,7 @@ mod tests {
         }
     }
 
-    /// A soft contact that has hardly begun.
+    /// A soft contact at its beginning.
     fn soft(latest: usize) -> Question {
         Question {
             contact: Some((10_000.0, 0.0, 500.0)),
@@ -249,8 +249,8 @@ mod tests {
         assert!((flight.answer() - DELAY).abs() < 1e-9);
     }
 
-    /// Velocity that the contact takes from the model if the robot goes on until the answer, stands for its pause and retreats
-    /// as fast as it came, in a thousand steps each.
+    /// Velocity that the contact takes from the model if the robot goes on until it responds, stands for its pause and retreats
+    /// as fast as it came; in a thousand steps each.
     fn taken((k, c, m): (f64, f64, f64), (depth, per_cycle): (f64, f64), closing: f64) -> f64 {
         let answer = DELAY - 2.0;
         let deepest = depth + per_cycle * answer;
@@ -295,7 +295,7 @@ mod tests {
         }
     }
 
-    /// It has not yet touched when it could answer, and the model still closes.
+    /// The robot has not touched when it could respond, and the model still closes in.
     #[test]
     fn a_robot_outside_of_the_contact_takes_nothing() {
         let mut question = soft(4);
@@ -321,8 +321,8 @@ mod tests {
         }
     }
 
-    /// Velocity along the contact that is left after the horizon of what the robot does with these commands more, by a contact
-    /// that never pulls, in 200 steps of each cycle.
+    /// Velocity along the contact at the end of the horizon if these commands are added, with a contact that never pulls, in 200
+    /// steps of each cycle.
     fn left(scene: &Scene, more: &[V6]) -> f64 {
         let Estimate {
             stiffness,
@@ -390,7 +390,7 @@ mod tests {
         }
     }
 
-    /// The robot answers after 8 cycles and has moved after 9; the contact ends before or after that.
+    /// The robot responds after 8 cycles and has moved after 9; the contact ends before or after that.
     #[test]
     fn there_is_no_preload_for_a_contact_that_no_command_reaches() {
         let [actuator, ..] = robots();
@@ -422,8 +422,8 @@ mod tests {
         }
     }
 
-    /// Of a robot that is too deep and is to come back at once: half a pause and a delay before the reference turns, which is a
-    /// quarter of a period after the onset. Without a pause, or without a dead time, there is nothing to hold.
+    /// A robot that is too deep and is to come back at once: it may do so half a pause and a delay before the reference reverses,
+    /// which is a quarter of a period after the onset. Without a pause, or without a pure dead time, it is not held.
     #[test]
     fn an_axis_turns_no_sooner_than_half_a_pause_and_a_delay_before_the_reference() {
         let [dead_time, _, lag, _, servo] = robots();
@@ -447,7 +447,7 @@ mod tests {
                 let (mut expected, _) = limited(sum, &scene.reference.velocity);
                 assert!(expected[0] < 0.0);
                 if held && since < quarter - 10.0 {
-                    // As slowly as it may go on.
+                    // The slowest velocity at which it may go on.
                     expected[0] = 0.005 * 0.005;
                 }
                 let apart = command.velocity - expected;
@@ -456,7 +456,8 @@ mod tests {
         }
     }
 
-    /// In a damped contact, and after a quarter of a contact of 60 cycles if it is a clear retreat: the reference turns much later.
+    /// In a damped contact, and, if it is a clear retreat, after a quarter of a contact of 60 cycles: the reference reverses much
+    /// later.
     #[test]
     fn an_axis_may_turn_early_where_that_is_meant() {
         let [mut actuator, ..] = robots();
@@ -482,7 +483,7 @@ mod tests {
             (0.019, before, None),
             (0.021, before, Some(0.02)),
             (1.0, before, Some(0.02)),
-            // Of 0.2 mm/s, where it was slower.
+            // The limit is that of 0.2 mm/s, where the motion was slower.
             (0.00079, before * 0.01, None),
             (0.00081, before * 0.01, Some(0.0008)),
         ] {

@@ -1,4 +1,4 @@
-//! The velocities that were sent, for as long as the robot may be late.
+//! The velocities that were sent, as far back as the longest dead time needs.
 
 use super::V6;
 use super::tuning::*;
@@ -43,7 +43,7 @@ impl CommandHistory {
 mod tests {
     use super::*;
 
-    /// The last 76; before the first nothing was commanded, and what is not sent yet is the newest.
+    /// The last 76 are kept; before the first one the command is zero, and one that is not sent yet is replaced by the newest.
     #[test]
     fn commands_are_remembered_for_as_long_as_the_longest_dead_time() {
         let mut commands = CommandHistory::new();

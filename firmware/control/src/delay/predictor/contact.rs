@@ -1,7 +1,7 @@
-//! A contact from its onset to its end: the momentum that it gives between samples.
+//! A contact from its onset to its end, with the impulse that it gives between samples.
 //!
-//! A trapezoid of the measured loads is wrong where they begin and end, between two samples. Both pieces are
-//! taken from the identified contact instead, and are bounded by the neighbouring load.
+//! The trapezoidal sum of the measured loads is wrong where they begin and end, between two samples. Both pieces are computed
+//! from the identified contact instead, and are bounded by the neighbouring load.
 
 use super::contact_estimator::{Estimate, Information, Prior, direction};
 use super::guard::Outcome;
@@ -22,15 +22,15 @@ pub(super) struct Contact {
     /// Direction of the load: running sum.
     pub(super) load_sum: V6,
     pub(super) mobility: M6,
-    /// Velocity of the model before it.
+    /// Velocity of the model before the contact.
     pub(super) velocity: V6,
-    /// Cycle of the first load, and where the robot was then at each latency.
+    /// Cycle of the first load, and the position of the robot then, for each latency.
     first_cycle: usize,
     first_position: [V6; LATENCIES],
-    /// Latency that was believed then, cycles.
+    /// Latency that was believed at the first load, cycles.
     pub(super) first_latency: usize,
-    /// Impulse along the contact that the model got for the first load, N·s, and what was added to
-    /// make it that of the contact since the onset.
+    /// Impulse along the contact that the model got for the first load, N·s, and the correction that makes it that of the contact
+    /// since the onset.
     onset_felt: f64,
     onset_added: f64,
     /// Longest time from the onset to the first load, cycles.
@@ -45,9 +45,9 @@ pub(super) struct Contact {
     cycle_s: f64,
     /// Displacement of the commands' preload so far.
     pub(super) preload: Preload,
-    /// What the estimator's spring does not say, by the positions at a latency.
+    /// The latency and, for the positions at it, the parabola through the loads.
     stiffening: (usize, Stiffening),
-    /// Error of a load that was expected at the onset, N.
+    /// Error of a load as expected at the onset, N.
     sigma: f64,
 }
 
@@ -107,7 +107,7 @@ impl Contact {
         }
     }
 
-    /// A cycle's load, N, if it is at least a threshold.
+    /// Takes in a cycle's load, N, if it is at least the threshold; else the cycle counts as quiet.
     pub(super) fn add(
         &mut self,
         load: &V6,
@@ -124,14 +124,14 @@ impl Contact {
         self.load_sum = self.load_sum * DIRECTION_FORGETTING - load;
         let direction = self.direction();
         self.last = load_along(load, &direction.0);
-        // What does not fit so far is an error that the next fit has to expect.
+        // The next fit expects errors as large as the residuals so far.
         let prior = self.prior(direction, self.estimate(latency).error);
         let known = (&prior, &self.velocity);
         self.estimator.add(at_force, self.last, known, only);
         self.add_to_parabola(at_force, latency);
     }
 
-    /// The last load, less that of the damping, at the way since the first one.
+    /// Adds the last load, minus that of the damping, to the parabola at the displacement since the first load.
     fn add_to_parabola(&mut self, at_force: &AtForce, latency: usize) {
         if self.stiffening.0 != latency {
             self.stiffening = (latency, Stiffening::default());
@@ -144,7 +144,7 @@ impl Contact {
         self.stiffening.1.add(way, elastic);
     }
 
-    /// The stiffening of the contact, if it has one.
+    /// Load over depth of a contact that stiffens; `None` if it is a linear spring.
     pub(super) fn curve(&self, latency: usize) -> Option<Curve> {
         let estimate = self.estimate(latency);
         let origin = estimate
@@ -153,7 +153,7 @@ impl Contact {
         self.stiffening.1.curve(estimate, origin, self.sigma)
     }
 
-    /// What is expected of it, with h and Bh and the error of the present fit, N.
+    /// The prior of the contact, from h and Bh and the error of the present fit, N.
     fn prior(&self, (h, bh): (V6, V6), error: f64) -> Prior {
         let closing = h.dot(&self.velocity);
         let expected = (self.stiffness, error.max(self.noise), self.delay_sigma_s);
@@ -192,14 +192,14 @@ impl Contact {
         (depth / (closing * self.cycle_s)).clamp(0.0, self.longest_onset)
     }
 
-    /// Impulse along the contact (N·s) that is still to be added for the time from the onset to the
-    /// first load: the samples see a trapezoid there, the spacecraft feel ∫ (k v t + c v) dt.
+    /// Impulse along the contact (N·s) that is still to be added for the time from the onset to the first load: the sum of the
+    /// samples has a triangle there, while the spacecraft feel ∫ (k v t + c v) dt.
     pub(super) fn onset_correction(&mut self, latency: usize) -> f64 {
         let estimate = self.estimate(latency);
         let closing = estimate.gradient.dot(&self.velocity).max(0.0);
         let t = self.since_onset(latency) * self.cycle_s;
         let impulse = (estimate.damping + 0.5 * estimate.stiffness * t) * closing * t;
-        // No more than the first load allows, whatever is identified.
+        // Bounded by the first load, whatever is identified.
         let most = self.onset_felt.abs() * self.longest_onset;
         let wanted = (impulse - self.onset_felt).clamp(-most, most);
         let step = wanted - self.onset_added;
@@ -207,8 +207,8 @@ impl Contact {
         step
     }
 
-    /// Impulse along the contact (N·s) by which a trapezoid from the last significant load to this
-    /// cycle's, which is not, is too large: the contact ended in between.
+    /// Impulse along the contact (N·s) to be added in the first quiet cycle, negative: the trapezoid from the last significant
+    /// load to this cycle is too large, as the contact ended in between. 0 in any other cycle.
     pub(super) fn release_correction(&self, velocity: &V6, latency: usize) -> f64 {
         if self.quiet != 1 || self.last <= 0.0 {
             return 0.0;
@@ -222,8 +222,8 @@ impl Contact {
         0.5 * self.last * (left - self.cycle_s)
     }
 
-    /// Whether it is over at a cycle, or lasts longer than any that was identified could; `delay` from a
-    /// command to its execution, cycles.
+    /// Whether the contact is over at a cycle, or has lasted longer than the identified one could. `delay` is that from a command
+    /// to its execution, cycles.
     pub(super) fn is_over(&self, cycle: usize, reference: &Reference, delay: f64) -> bool {
         let end = reference.end(self.cycle_s);
         let late = cycle as f64 > end || f64::from(self.quiet) >= delay + QUIET_CYCLES_LATE;
@@ -232,14 +232,14 @@ impl Contact {
         (self.quiet >= QUIET_CYCLES && late) || (cycle - self.first_cycle) as f64 > longest
     }
 
-    /// What is known of it, for the next one at the same place.
+    /// The information on the contact, to be remembered for the next one at the same place.
     pub(super) fn information(&self, latency: usize) -> Information {
         let mut information = self.estimator.at(latency).information.clone();
         information.end(self.estimate(latency).gradient.dot(&self.velocity));
         information
     }
 
-    /// Its end, with a velocity of the axes after it, and with what noise (N) makes of its numbers.
+    /// The outcome of the contact, from the velocity of the axes after it and the noise of a load (N).
     pub(super) fn outcome(
         &self,
         latency: usize,
@@ -263,7 +263,7 @@ impl Contact {
         }
     }
 
-    /// What all its loads, with their noise (N), say about the restitution, for a velocity of the axes after it.
+    /// The restitution that follows from all loads with this noise (N), and the velocity of the axes after the contact.
     pub(super) fn restitution(
         &self,
         latency: usize,
@@ -283,7 +283,7 @@ impl Contact {
     }
 }
 
-/// λ of a load along a direction, N.
+/// λ: the load along h, N, positive for a push against h.
 fn load_along(load: &V6, h: &V6) -> f64 {
     -load.dot(h) / h.norm_squared()
 }
@@ -296,7 +296,7 @@ mod tests {
     };
     use crate::delay::spacecraft::CYCLE_S;
 
-    /// However old the first load is, within a cycle.
+    /// For any time from the onset to the first load within a cycle.
     #[test]
     fn the_reference_is_the_motion_of_the_contact() {
         for (zeta, phase) in [(0.0, 0.1), (0.0, 0.9), (0.1, 0.4)] {
@@ -319,7 +319,7 @@ mod tests {
         }
     }
 
-    /// From the onset to the first load: the samples see half of that load over a cycle.
+    /// From the onset to the first load the samples give half of that load over a cycle.
     #[test]
     fn what_the_samples_cannot_see_of_the_onset_is_added() {
         for (zeta, phase) in [(0.0, 0.1), (0.0, 0.5), (0.0, 1.0), (0.1, 0.3), (0.2, 0.8)] {
@@ -347,7 +347,7 @@ mod tests {
         }
     }
 
-    /// Whatever is identified: over the longest time that may have passed before it.
+    /// Bounded by the first load over the longest time that may have passed before it, whatever is identified.
     #[test]
     fn what_is_added_at_the_onset_is_bounded_by_the_first_load() {
         for (threshold, longest) in [(0.0, 1.0), (6.0, 3.0)] {
@@ -360,10 +360,11 @@ mod tests {
         }
     }
 
-    /// 0.5 N are reached in the third cycle after the onset: the first load is 3 cycles old at most, and one more.
+    /// 0.5 N are reached in the third cycle after the onset: the onset is at most three cycles, and one more, before the first
+    /// load.
     #[test]
     fn an_onset_is_as_old_as_the_threshold_may_hide() {
-        // Of the expected stiffness: 150 kN/m at 20 µm in a cycle.
+        // With the expected stiffness of 150 kN/m and 20 µm per cycle.
         for (threshold, longest) in [(0.0, 1.0), (6.0, 3.0), (99.0, 8.0)] {
             assert_near(
                 Bounce::spring(2.5).begun(threshold).longest_onset,
@@ -382,7 +383,8 @@ mod tests {
         }
     }
 
-    /// The contact ended between the last load and the one that is none: half of it over a cycle is too much.
+    /// The contact ended between the last significant load and the first free sample: up to half of that load over a cycle is too
+    /// much.
     #[test]
     fn what_the_samples_cannot_see_of_the_end_is_taken_away() {
         for phase in [0.1, 0.45, 0.8] {
@@ -398,7 +400,7 @@ mod tests {
                 (found - expected).abs() < 1e-3 * load * CYCLE_S,
                 "{phase}: {found} {expected}"
             );
-            // Once, and only of one that goes apart.
+            // Only once, and only if the two separate.
             assert_eq!(contact(first_free).release_correction(&velocity, 0), 0.0);
             assert_eq!(
                 contact(first_free + 2).release_correction(&velocity, 0),
@@ -406,14 +408,14 @@ mod tests {
             );
             let closing = contact(first_free + 1).release_correction(&-velocity, 0);
             assert_eq!(closing, 0.0);
-            // A slow one has ended at the end of the cycle.
+            // A slow contact has ended at the end of the cycle.
             let slow = contact(first_free + 1).release_correction(&(velocity * 1e-6), 0);
             assert_eq!(slow, 0.0);
         }
     }
 
-    /// After four quiet cycles if it should be over, or is quiet for six and the delay; in any case after 2.2 of its own duration, the
-    /// delay and 50 ms.
+    /// It is over after four quiet cycles if it should be over, or when it has been quiet for six and the delay; in any case
+    /// after 2.2 times its own duration, the delay and 50 ms.
     #[test]
     fn a_contact_is_over_when_it_is_quiet_at_the_right_time() {
         let mut contact = Bounce::spring(0.5).followed(0.01, 25);
@@ -453,7 +455,7 @@ mod tests {
         assert_eq!(contact.estimator.loads(), 2);
     }
 
-    /// Ten cycles long.
+    /// A memory of ten cycles.
     #[test]
     fn the_direction_of_a_contact_is_that_of_its_recent_loads() {
         let bounce = Bounce::spring(0.5);
@@ -472,7 +474,7 @@ mod tests {
         let expected = sum / sum.fixed_rows::<3>(0).norm();
         assert!((h - expected).amax() < 1e-12, "{h} {expected}");
         assert!((bh - expected / MASS).amax() < 1e-15, "{bh}");
-        // λ of a load is its part along h, of which λ h is the load.
+        // λ is the component of a load along h, so that λ h is the load.
         assert_near(load_along(&(h * -7.0), &h), 7.0, 1e-12);
         assert_near(
             contact.last,
@@ -481,7 +483,7 @@ mod tests {
         );
     }
 
-    /// By the peak V √(k m) and the momentum m V.
+    /// Relative to the peak V √(k m) and to the momentum m V.
     #[test]
     fn the_outcome_tells_what_noise_makes_of_it() {
         for zeta in [0.0, 0.1] {
@@ -506,13 +508,13 @@ mod tests {
                 0.3 * CYCLE_S * loads.sqrt() / (MASS * CLOSING),
                 1e-3,
             );
-            // Of what all loads say nothing is left to noise.
+            // A damping that the loads show is not reported as hidden by noise.
             let estimate = contact.restitution(0, &x(-0.004), 0.3);
             assert!(!estimate.hides_damping || zeta == 0.0);
         }
     }
 
-    /// A load with a lever is longer than its force.
+    /// A load with a lever is larger than its force.
     #[test]
     fn the_noise_of_a_load_counts_by_its_length() {
         let mut contact = Bounce::spring(0.5).followed(0.01, 36);
@@ -558,7 +560,7 @@ mod tests {
         for (felt, load) in curve_and_spring(&contact) {
             assert_near(felt, load, 0.02);
         }
-        // By another latency it is fitted anew, and a spring has none.
+        // At another latency it is fitted anew, and a linear spring has no curve.
         let mut other = contact.clone();
         let observer = bounce.observer(FIRST + 30);
         other.add(&observer.load, &observer.at_force, 0.01, 1, None);
@@ -567,7 +569,7 @@ mod tests {
         assert!(Bounce::spring(0.5).followed(0.01, 30).curve(0).is_none());
     }
 
-    /// Of the spring alone, of which the damper's loads are taken away.
+    /// The curve is that of the spring alone; the loads of the damper are subtracted.
     #[test]
     fn a_damped_contact_that_hardens_has_the_curve_of_its_spring() {
         let bounce = Bounce {

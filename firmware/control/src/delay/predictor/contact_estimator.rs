@@ -6,11 +6,11 @@
 //! λ = κ · (p − p₀) + c (s' − V) + b
 //! ```
 //!
-//! with λ the load along h, p the six positions and s' − V the change of the closing velocity since the onset,
-//! so that b is c V and an offset. κ is six numbers because with friction the force does not point to where its
-//! stiffness does. From κ follow the stiffness k = κ·Bh / h·Bh, the gradient a = κ/k and the effective mass
-//! 1/(a·Bh), where B is the velocity per impulse of the six axes (Kelvin-Voigt model; regularised recursive
-//! least squares in information form, with a forgetting factor from contact to contact).
+//! with λ the load along h, p the six positions and s' − V the change of the closing velocity since the onset, so that the offset
+//! b includes c V. κ has six components because with friction the force does not point in the direction of the stiffness. κ gives
+//! the stiffness k = κ·Bh / h·Bh, the gradient a = κ/k and the effective mass 1/(a·Bh), where B is the velocity per impulse of
+//! the six axes (Kelvin-Voigt model; regularised recursive least squares in information form, with a forgetting factor from
+//! contact to contact).
 
 use super::least_squares::{Ldlt, shrunk};
 use super::tuning::*;
@@ -28,7 +28,7 @@ pub(super) type Unknowns = SVector<f64, UNKNOWNS>;
 pub(super) struct Information {
     /// p₀: positions count from here, m; in a contact the position where it began.
     pub(super) origin: V6,
-    /// Weight of the onset against that of a load.
+    /// Weight of the condition that there is no force at the onset, relative to that of a load.
     pub(super) onset: f64,
     products: SMatrix<f64, UNKNOWNS, UNKNOWNS>,
     with_load: Unknowns,
@@ -36,7 +36,7 @@ pub(super) struct Information {
     pub(super) samples: f64,
 }
 
-/// What is expected of any contact.
+/// What is expected of a contact before it is identified.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Prior {
     /// Stiffness, N/m.
@@ -57,14 +57,14 @@ pub(super) struct Estimate {
     /// N/m and N·s/m.
     pub(super) stiffness: f64,
     pub(super) damping: f64,
-    /// a, and s = a · p at which the spring is free, m.
+    /// a, and the position s = a · p at which the spring is unloaded, m.
     pub(super) gradient: V6,
     pub(super) surface: f64,
     /// Effective mass along a, kg.
     pub(super) mass: f64,
-    /// d: into which a force along the contact pushes; d · a = 1.
+    /// d: direction into which a force along the contact pushes; d · a = 1.
     pub(super) push: V6,
-    /// Misfit, as a part of the load.
+    /// Misfit: rms of the residuals over that of the loads.
     pub(super) misfit: f64,
     /// Standard deviation of the residuals, N.
     pub(super) error: f64,
@@ -73,7 +73,8 @@ pub(super) struct Estimate {
 }
 
 impl Prior {
-    /// For a contact at a closing velocity (m/s), with the error of a load by noise (N) and h and Bh.
+    /// For a contact at a closing velocity (m/s), from the expected stiffness (N/m), the noise of a load (N) and the standard
+    /// deviation of the robot's delay (s), and from h and Bh.
     pub(super) fn new(
         (stiffness, noise, delay_s): (f64, f64, f64),
         closing: f64,
@@ -91,13 +92,12 @@ impl Prior {
         }
     }
 
-    /// Variance of a damping, from that in units of σ²: a delay that is believed too long by Δ looks like a
-    /// damping k Δ.
+    /// Variance of a damping, (N·s/m)², from that in units of σ²: a delay that is assumed too long by Δ looks like a damping k Δ.
     pub(super) fn damping_variance(&self, units: f64, stiffness: f64) -> f64 {
         self.noise_variance(units, self.sigma, stiffness)
     }
 
-    /// Likewise by a noise of the loads alone, N.
+    /// The same for loads with this noise alone, N.
     pub(super) fn noise_variance(&self, units: f64, noise: f64, stiffness: f64) -> f64 {
         let late = stiffness * self.delay_s;
         (units * noise * noise).max(0.0) + late * late
@@ -128,7 +128,7 @@ impl Prior {
         let critical = 2.0 * ComplexField::sqrt(k0 / self.inverse_mass());
         let ratio = sigma / (critical * PRIOR_DAMPING_RATIO);
         information[(DAMPING, DAMPING)] += ratio * ratio;
-        // An offset is as good as unknown; the onset holds it.
+        // The offset is practically free; the onset determines it.
         information[(OFFSET, OFFSET)] += OFFSET_REGULARISATION;
     }
 
@@ -167,10 +167,10 @@ impl Information {
         }
     }
 
-    /// A load λ (N) at a position, and by how much the closing velocity has changed in the contact (m/s).
+    /// Adds a load λ (N) at a position, with the change of the closing velocity since the onset (m/s).
     ///
-    /// The change is along the contact, where the gradient is known. The velocity before is not: a
-    /// gradient that turns while the contact is identified would turn it into a damping.
+    /// Only the change enters, for which the direction of the gradient is known. The velocity before the contact is not separated
+    /// alike: a gradient that turns during the identification would turn it into a damping.
     pub(super) fn add(&mut self, position: &V6, change: f64, load: f64) {
         let row = self.row(position, change);
         self.take(&row, load, 1.0);
@@ -178,8 +178,8 @@ impl Information {
         self.samples += 1.0;
     }
 
-    /// A contact begins within half a cycle of a position: no force there, to `deviation` (N); in
-    /// units of the samples' error `sigma`. What is known already counts less, with velocities that
+    /// A contact begins within half a cycle of this position: the force is zero there, with a standard deviation of `deviation`
+    /// (N); `sigma` is the error of a load (N). Information of earlier contacts loses weight, and is expressed by velocities that
     /// change from `closing` (m/s) on.
     pub(super) fn begin(&mut self, position: &V6, closing: f64, deviation: f64, sigma: f64) {
         self.products *= MEMORY_FORGETTING;
@@ -193,7 +193,7 @@ impl Information {
         self.onset = ratio * ratio;
     }
 
-    /// The contact has ended: velocities count from zero.
+    /// The contact has ended: the information is expressed by velocities relative to zero.
     pub(super) fn end(&mut self, closing: f64) {
         let mut row = Unknowns::zeros();
         (row[DAMPING], row[OFFSET]) = (-closing, 1.0);
@@ -202,7 +202,7 @@ impl Information {
         self.shift(&V6::zeros(), closing);
     }
 
-    /// As if all positions and velocities had been larger.
+    /// Rewrites the sums as if all positions and velocities had been larger by these.
     fn shift(&mut self, position: &V6, closing: f64) {
         let by = self.row(&(position + self.origin), closing);
         let of_one = Unknowns::from_fn(|j, _| self.products[(OFFSET, j)]);
@@ -216,7 +216,7 @@ impl Information {
         }
     }
 
-    /// The contact that fits best, of velocities that change from `closing` (m/s) on.
+    /// The contact that fits best, with velocities that change from `closing` (m/s) on.
     pub(super) fn solve(&self, prior: &Prior, closing: f64) -> Estimate {
         let (factor, target) = self.normal_equations(prior, closing);
         let mut unknowns = factor.solve(&target);
@@ -225,7 +225,7 @@ impl Information {
         let stiffness = prior.stiffness_of(&unknowns);
         let variance = prior.damping_variance(column[DAMPING], stiffness);
         let most = DAMPING_LIMIT * ComplexField::sqrt(stiffness / prior.inverse_mass());
-        // Damping that cannot be told from an error of the onset is none.
+        // A damping that cannot be distinguished from an error of the onset is set to zero.
         let damping = shrunk(c, variance, DAMPING_SIGNIFICANCE).clamp(0.0, most);
         let mut squared_error = 0.0;
         if column[DAMPING] > 0.0 {
@@ -234,7 +234,7 @@ impl Information {
             unknowns = with(damping);
         }
         let left = self.squared_error(&unknowns, closing);
-        // The surface is where a robot that stands still feels nothing.
+        // The surface is where a robot at rest feels no force.
         unknowns[OFFSET] -= damping * closing;
         let stiffness = prior.stiffness_of(&unknowns);
         let gradient = gradient(&unknowns, stiffness, prior);
@@ -251,7 +251,7 @@ impl Information {
         }
     }
 
-    /// The normal equations with the prior, in units of 1/σ²: factor and right side.
+    /// The normal equations with the prior, in units of 1/σ²: factorisation and right side.
     pub(super) fn normal_equations(
         &self,
         prior: &Prior,
@@ -265,7 +265,7 @@ impl Information {
         (Ldlt::new(information), target)
     }
 
-    /// Sum of squared residuals, with that of the onset, N².
+    /// Sum of squared residuals, with that of the condition at the onset, N².
     fn squared_error(&self, u: &Unknowns, closing: f64) -> f64 {
         let began = u[OFFSET] - u[DAMPING] * closing;
         let mut quadratic = self.onset * began * began;
@@ -379,7 +379,7 @@ mod tests {
         assert_found(&information.solve(&prior(), 0.005), 0.3);
     }
 
-    /// What is remembered of a contact is the same contact, wherever and however fast the next begins.
+    /// A remembered contact is the same contact, wherever and at whatever speed the next one begins.
     #[test]
     fn a_contact_is_remembered() {
         let mut information = Information::new(V6::zeros());
@@ -394,14 +394,13 @@ mod tests {
         Prior::new((stiffness, 0.05, delay_s), CLOSING, oblique::direction())
     }
 
-    /// A sample at a position that is not the origin of all.
+    /// A sample at a position other than the origin.
     fn sample(n: i32, damping: f64, noise: f64) -> (V6, f64, f64) {
         let (position, change, load) = oblique::sample(n, CLOSING, damping, noise);
         (V6::repeat(0.2) + position, change, load)
     }
 
-    /// Dampings that are none, some, too large and negative; a stiffness that is at the end of its range; a delay that is
-    /// uncertain.
+    /// Dampings of zero, some, too large and negative; a stiffness at the end of its range; a delay that is uncertain.
     #[test]
     fn the_recursive_estimate_is_that_of_all_loads_at_once() {
         for (stiffness, damping, noise, delay_s) in [
@@ -435,7 +434,7 @@ mod tests {
         }
     }
 
-    /// Half as much as the present one counts what an earlier contact showed, at another place and speed.
+    /// Loads of an earlier contact, at another place and speed, have half the weight of those of the present one.
     #[test]
     fn what_is_remembered_counts_half() {
         let prior = oblique(2e5, 0.0);
@@ -447,7 +446,7 @@ mod tests {
         let mut information = Information::new(old);
         let mut batch = Batch::new();
         let half = 0.5_f64.sqrt();
-        // By closing velocities: the change is counted from the present one.
+        // With closing velocities: the change is relative to that of the present contact.
         let row = |position: &V6, velocity: f64| -> Unknowns {
             let p = position - new;
             [p[0], p[1], p[2], p[3], p[4], p[5], velocity - slower, 1.0].into()
@@ -493,7 +492,8 @@ mod tests {
         }
     }
 
-    /// A load of a contact that is stiffer than a tenth of what it seems points into it.
+    /// κ gives the gradient only if its stiffness along the force exceeds half of the bounded one; else the gradient is the
+    /// direction of the load.
     #[test]
     fn loads_that_do_not_grow_into_the_contact_say_nothing_about_its_direction() {
         let prior = prior();
@@ -507,7 +507,7 @@ mod tests {
         }
     }
 
-    /// With a force part of one; of a torque alone it is taken as a tenth.
+    /// The direction has a force part of 1; a torque alone counts as if its force part were a tenth.
     #[test]
     fn the_direction_of_a_load_is_per_force() {
         let mobility = M6::from_diagonal(&V6::new(1.0, 2.0, 3.0, 4.0, 5.0, 6.0));

@@ -1,4 +1,4 @@
-//! The contact memory of a run: where a contact is expected, the robot turns before it feels it.
+//! The contact memory of a run: where a contact is expected, the robot reverses before the load is measured.
 
 use super::V6;
 use super::contact::Contact;
@@ -19,19 +19,19 @@ struct Remembered {
 #[derive(Clone, Debug, Default)]
 pub(super) struct ContactMemory {
     kept: [Option<Remembered>; REMEMBERED_CONTACTS],
-    /// The slot that is given away next.
+    /// The slot that is overwritten next.
     next: usize,
 }
 
 impl ContactMemory {
-    /// What is known of the contact that a load of this direction comes from.
+    /// The latency and information of the remembered contact with a load of this direction; `None` if there is none.
     pub(super) fn of(&self, direction: &V6) -> Option<(usize, &Information)> {
         let same = |known: &&Remembered| cosine(&known.direction, direction) > SAME_CONTACT;
         let known = self.kept.iter().flatten().find(same)?;
         Some((known.latency, &known.information))
     }
 
-    /// Keeps a contact in place of what was known of it.
+    /// Remembers a contact in place of an earlier one of the same direction.
     pub(super) fn keep(&mut self, contact: &Contact, latency: usize) {
         let (direction, _) = contact.direction();
         let same = |slot: &Option<Remembered>| {
@@ -50,8 +50,8 @@ impl ContactMemory {
         }
     }
 
-    /// The contact that is coming, for a straight flight from a position at a cycle; the nearest of
-    /// those within a horizon. One that should have been felt is forgotten.
+    /// The next expected contact, for a straight flight from a position at a cycle: the nearest of those within a horizon
+    /// (cycles), as reference and estimate. A contact that should have been felt already is forgotten.
     pub(super) fn ahead(
         &mut self,
         (cycle, position, velocity): (usize, &V6, &V6),
@@ -107,7 +107,7 @@ mod tests {
         }
     }
 
-    /// 18° apart they are the same: cosine 0.95.
+    /// Directions within 18° are the same contact: cosine 0.95.
     #[test]
     fn a_contact_is_known_by_the_direction_of_its_load() {
         let y = V6::ith(1, 1.0);
@@ -133,7 +133,7 @@ mod tests {
         assert!(cosine(&V6::zeros(), &x(1.0)) == 0.0);
     }
 
-    /// In place of the one of its direction, or of the oldest.
+    /// A contact replaces the one of its direction, or else the oldest.
     #[test]
     fn two_contacts_are_remembered() {
         let mut memory = ContactMemory::default();
@@ -217,7 +217,7 @@ mod tests {
         }
     }
 
-    /// A thousandth of the velocity is no approach.
+    /// Closing in with a thousandth of the velocity is no approach.
     #[test]
     fn a_contact_that_is_not_on_the_way_is_kept_but_not_expected() {
         for (closing, comes) in [(-0.005, false), (4.9e-6, false), (5.1e-6, true)] {

@@ -23,11 +23,11 @@ pub(super) struct ControlProblem<'a> {
     pub(super) reference: Reference,
     /// The contact that is going on or expected.
     pub(super) contact: Option<Estimate>,
-    /// Axes that have reversed in it.
+    /// Axes that have reversed in the contact.
     pub(super) reversals: Reversals,
     /// The largest latency that the pose may have, cycles.
     pub(super) latest: usize,
-    /// Its load over depth, where it is no spring.
+    /// Load over depth of the contact, where it stiffens.
     pub(super) curve: Option<Curve>,
 }
 

@@ -4,19 +4,18 @@
 //! z − ẑ = x₀ − d ẑ' Ts
 //! ```
 //!
-//! Straight and uniform motion says nothing about a delay: d more of it looks like an offset of
-//! d v Ts, and offsets change, because a displacement is lost at each reversal. Only a velocity that changes
-//! tells them apart: x₀ is a constant of an axis from one of its reversals to the next, and d is one number for
-//! the braking before it and the motion after it, of all axes. A pause of another length moves x₀ alone and is
-//! no error of d. Near the reversal itself the robot may turn, or stand, while the model does not: those
-//! samples are left out.
+//! Straight and uniform motion says nothing about a delay: a delay that is longer by d looks like an offset of d v Ts, and
+//! offsets change, because a displacement is lost at each reversal. Only a change of velocity distinguishes them: x₀ is a
+//! constant of an axis from one of its reversals to the next, while d is the same for all axes, for the braking before a reversal
+//! and the motion after it. A pause of another length changes x₀ alone and causes no error of d. Near the reversal itself the
+//! robot may reverse, or stand, while the model does not: those samples are left out.
 
 use super::V6;
 use super::least_squares::shrunk;
 use super::robot_model::RobotState;
 use super::tuning::*;
 
-/// Tracking after the approach: running means of each axis, and the products about them.
+/// State of the tracking: running means of each axis, and the sums of products about them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct DelayTracker {
     means: [AxisMean; 6],
@@ -34,7 +33,7 @@ struct AxisMean {
 }
 
 impl DelayTracker {
-    /// A cycle: measured position less the model's without feedback (m), and the robot model.
+    /// Takes in a cycle: measured position minus that of the model without feedback (m), and the state of the robot model.
     #[inline(never)]
     pub(super) fn add(&mut self, residual: &V6, robot: &RobotState, cycle_s: f64) {
         for (i, mean) in self.means.iter_mut().enumerate() {
@@ -57,8 +56,8 @@ impl DelayTracker {
         }
     }
 
-    /// By how many cycles the robot is later than believed, as far as that is significant against the noise
-    /// of a position (standard deviation, m). Asked once for each contact.
+    /// By how many cycles the robot is later than believed, shrunk by the noise of a position (standard deviation, m); `None` if
+    /// that is not significant. To be called once per contact, as each call discounts the sums.
     pub(super) fn later(&mut self, noise_m: f64) -> Option<f64> {
         self.product *= CONTACT_FORGETTING;
         self.spread *= CONTACT_FORGETTING;
@@ -72,7 +71,7 @@ impl DelayTracker {
         (later.abs() > TRACKED_DELAY_STEP).then_some(later)
     }
 
-    /// The robot model is so many cycles later now.
+    /// Adapts the sums to a robot model whose delay was increased by `later` cycles.
     pub(super) fn shift(&mut self, later: f64) {
         self.product += later * self.spread;
         for mean in &mut self.means {
@@ -86,8 +85,8 @@ mod tests {
     use super::*;
     use crate::delay::spacecraft::CYCLE_S;
 
-    /// One bounce of an axis that brakes, turns and leaves: by its robot model, and measured with another offset on either side
-    /// of the reversal, near which it is anywhere. It is `later` than the model.
+    /// One bounce of an axis that brakes, reverses and leaves. The measured axis is `later` than its model; it has another offset
+    /// on either side of the reversal, and is anywhere near it.
     fn bounce(tracker: &mut DelayTracker, later: f64, offsets: [f64; 2]) {
         let mut robot = RobotState::default();
         for n in 0..=40 {
@@ -124,7 +123,7 @@ mod tests {
         }
     }
 
-    /// Six tenths of what the contact before showed; the axis stands still in between.
+    /// The previous contact has 0.6 of the weight; the axis stands still in between.
     #[test]
     fn earlier_contacts_count_less() {
         let mut tracker = DelayTracker::default();
@@ -140,7 +139,7 @@ mod tests {
         assert!((first / second - 0.6).abs() < 0.2, "{first} {second}");
     }
 
-    /// In the middle of the motion: what is left is what it is later still.
+    /// The delay is changed in the middle of the motion; the estimate is then what is left of it.
     #[test]
     fn a_model_that_is_made_later_has_been_so_all_along() {
         for (all, shifted, left) in [
@@ -167,7 +166,7 @@ mod tests {
         }
     }
 
-    /// Within two standard deviations it is none; beyond, it counts as far as it is beyond.
+    /// Within two standard deviations it is zero; beyond, it is shrunk.
     #[test]
     fn a_delay_that_noise_may_have_made_is_none() {
         let tracker = || {
@@ -186,7 +185,7 @@ mod tests {
         }
     }
 
-    /// Running means that forget in 64 cycles; sums of products about them, without an axis that stands still.
+    /// Running means with a memory of 64 cycles, and sums of products about them; an axis that stands still is left out.
     #[test]
     fn an_offset_is_forgotten_in_64_cycles() {
         let (mut tracker, mut robot) = (DelayTracker::default(), RobotState::default());
@@ -205,7 +204,7 @@ mod tests {
         }
     }
 
-    /// The peak of an axis is forgotten by two hundredths in each cycle: what is slow for long is its motion.
+    /// The peak of an axis decays by 2 % per cycle: after a long slow motion it is that of the slow motion.
     #[test]
     fn an_axis_near_its_reversal_is_left_out_until_its_peak_is_forgotten() {
         let (mut tracker, mut robot) = (DelayTracker::default(), RobotState::default());

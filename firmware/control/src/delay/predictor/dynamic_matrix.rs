@@ -1,5 +1,4 @@
-//! Dynamic matrix control of an axis: the moves that bring the robot from where it will be with what was sent to where it should
-//! be.
+//! Dynamic matrix control of an axis: the moves that bring the robot from its free response to the reference.
 //!
 //! Over the prediction horizon the positions of an axis are x = x₀ + G U, with x₀ the free response (commands
 //! that are sent, then those of the reference one mean delay ahead; pauses included) and G the dynamic matrix
@@ -27,11 +26,11 @@ pub(super) type Trajectory = [f64; PREDICTION_HORIZON + 1];
 pub(super) struct DynamicMatrix {
     /// Displacement after j cycles of a command that lasts for the first one, cycles.
     response: Trajectory,
-    /// Cycles at its beginning in which nothing moves.
+    /// Cycles at the beginning of the response in which nothing moves.
     dead: usize,
     /// Gᵀ G, lower triangle.
     gram: SMatrix<f64, CONTROL_HORIZON, CONTROL_HORIZON>,
-    /// [`Self::undamped_row`], once it was asked for.
+    /// [`Self::undamped_row`], once it has been computed.
     undamped_row: Option<Trajectory>,
 }
 
@@ -39,12 +38,12 @@ pub(super) struct DynamicMatrix {
 pub(super) struct Tracking<'a> {
     matrix: &'a DynamicMatrix,
     factor: Ldlt<CONTROL_HORIZON>,
-    /// What the first move takes of an error at each time of the horizon, per cycle.
+    /// Weight with which the first move corrects an error at each time of the horizon, per cycle.
     pub(super) first_row: Trajectory,
 }
 
 impl DynamicMatrix {
-    /// Of a robot whose pose has a latency.
+    /// For a robot whose pose has a latency (cycles).
     pub(super) fn new(model: &RobotModel, latency: usize) -> Self {
         let response: Trajectory = model.linear.pulse_response(latency);
         let dead = response.iter().take_while(|x| **x == 0.0).count();
@@ -53,7 +52,7 @@ impl DynamicMatrix {
             let products = response.iter().zip(&response[lag..]);
             gram[(lag, 0)] = products.map(|(a, b)| a * b).sum();
         }
-        // One move later, the sum ends one cycle earlier.
+        // For a move one cycle later the sum ends one cycle earlier.
         for j in 1..CONTROL_HORIZON {
             for i in j..CONTROL_HORIZON {
                 let last =
@@ -69,7 +68,8 @@ impl DynamicMatrix {
         }
     }
 
-    /// Finds what each cycle in free flight needs, once; not where the matrix is made, which may be deep in the stack.
+    /// Computes the undamped row, which each cycle in free flight needs, once. Not done in [`Self::new`], which may be called
+    /// deep in the stack.
     pub(super) fn prepare(&mut self) {
         if self.undamped_row.is_none() {
             self.undamped_row = Some(self.tracking(0.0).first_row);
@@ -82,7 +82,7 @@ impl DynamicMatrix {
             .unwrap_or_else(|| self.tracking(0.0).first_row)
     }
 
-    /// For a contact of this damping over stiffness, in cycles.
+    /// The tracking law for a contact; `damping_cycles` is its damping over its stiffness, in cycles.
     #[inline(never)]
     pub(super) fn tracking(&self, damping_cycles: f64) -> Tracking<'_> {
         let rho = MOVE_SUPPRESSION + DAMPED_MOVE_SUPPRESSION * damping_cycles * damping_cycles;
@@ -122,12 +122,12 @@ impl DynamicMatrix {
         })
     }
 
-    /// The response from where something moves.
+    /// The response from the first cycle that moves on.
     fn alive(&self) -> &[f64] {
         self.response.get(self.dead..).unwrap_or_default()
     }
 
-    /// Displacement by a preload whose first move is 1, and which goes as planned from a cycle on, cycles.
+    /// Displacement along the horizon by a preload whose first move is 1 and which is taken back as planned, cycles.
     pub(super) fn preload(&self, cycle: usize, plan: &Preload) -> Trajectory {
         let mut displacement = 0.0;
         core::array::from_fn(|t| {
@@ -136,7 +136,7 @@ impl DynamicMatrix {
         })
     }
 
-    /// Displacement by a command of one cycle within the times for which `during` is 1.
+    /// Displacement by a command of one cycle, summed over the times for which `during` is 1.
     pub(super) fn authority(&self, during: &Trajectory) -> f64 {
         (0..=PREDICTION_HORIZON)
             .map(|t| self.response[t] * during[t])
@@ -145,7 +145,7 @@ impl DynamicMatrix {
 }
 
 impl Tracking<'_> {
-    /// The positions that all tracking moves make.
+    /// The displacement by all tracking moves for this error.
     #[inline(never)]
     pub(super) fn tracked(&self, error: &Trajectory) -> Trajectory {
         self.matrix
@@ -158,7 +158,7 @@ mod tests {
     use super::*;
     use crate::delay::predictor::scene::{CYCLE, Scene, robots};
 
-    /// By moves of 1, ½, ¼ ... each of which the plan takes back from cycle 70 to 80.
+    /// Moves of 1, ½, ¼ ..., each of which the plan takes back from cycle 70 to 80.
     #[test]
     fn a_planned_preload_goes_back_as_planned() {
         let [.., actuator] = robots();

@@ -1,20 +1,18 @@
-//! The fallback law: a second-order lead that knows nothing of the contact, for contacts that are not
-//! understood.
+//! The fallback law: a second-order lead without a contact model, for contacts that the identification does not describe.
 //!
 //! ```text
 //! v_cmd = v + τ v' + ½ τ² v''
 //! ```
 //!
-//! as in the law [`lead`](crate::delay::lead), with the model's velocity during the contact. The law passes
-//! from the one to the other over [`BLEND_CYCLES`], and only between contacts, where both are the model's
-//! velocity.
+//! as in the law [`lead`](crate::delay::lead), with the model's velocity during the contact. The predictor is blended into the
+//! lead, and back, over [`BLEND_CYCLES`], and only between contacts, where both command the model's velocity.
 
 use super::V6;
 use super::command::{Command, limited};
 use super::control_problem::ControlProblem;
 use super::tuning::*;
 
-/// The lead, and how much of the command is the predictor's.
+/// State of the lead, and the share of the predictor in the command.
 #[derive(Clone, Debug)]
 pub(super) struct Fallback {
     /// 1: the predictor; 0: the lead.
@@ -70,13 +68,14 @@ impl Fallback {
         command
     }
 
-    /// A cycle between contacts. Beyond its ends the share would have to come back first.
+    /// Moves the share of the predictor by one cycle, between contacts. It is clamped, so that it can return at once.
     fn blend(&mut self, trusted: bool) {
         let step = if trusted { 1.0 } else { -1.0 } / BLEND_CYCLES;
         self.trust = (self.trust + step).clamp(0.0, 1.0);
     }
 
-    /// A cycle: what is added to the model's velocity for a robot that is so many cycles late.
+    /// Takes in a cycle. Returns the addition to the model's velocity for a robot that is `delay` cycles late; zero without a
+    /// contact.
     fn lead(&mut self, velocity: &V6, in_contact: bool, delay: f64) -> V6 {
         if !in_contact {
             (self.last, self.slope) = (*velocity, V6::zeros());
@@ -84,7 +83,7 @@ impl Fallback {
         }
         let before = core::mem::replace(&mut self.slope, velocity - self.last);
         self.last = *velocity;
-        // The difference stands for the middle of the cycle: half a cycle more.
+        // The difference is that of the middle of the cycle: half a cycle more.
         self.slope * delay + (self.slope - before) * (0.5 * delay * (delay + 1.0))
     }
 }
@@ -94,7 +93,7 @@ mod tests {
     use super::*;
     use crate::delay::predictor::scene::{Scene, robots};
 
-    /// However long it was trusted or not: each way takes [`BLEND_CYCLES`], no cycle more.
+    /// However long the identification was trusted or not, each way takes [`BLEND_CYCLES`], no cycle more.
     #[test]
     fn the_blend_takes_as_long_after_a_year_as_after_a_second() {
         let mut fallback = Fallback::new();
@@ -122,7 +121,7 @@ mod tests {
         }
     }
 
-    /// Of a velocity that is a parabola in time it is what will be a delay later.
+    /// For a velocity that is a parabola in time the lead gives the velocity a delay later.
     #[test]
     fn the_lead_of_a_parabola_is_exact() {
         let of = |coefficient: f64, t: f64| {
@@ -135,10 +134,10 @@ mod tests {
             for n in 1..20 {
                 let lead = fallback.lead(&at(n), true, delay);
                 let later = of(coefficient, f64::from(n) + delay) - at(n);
-                // The first difference of a contact has none before it.
+                // The first difference of a contact has no predecessor.
                 assert!(n < 2 || (lead - later).amax() < 1e-9, "{n}: {lead} {later}");
             }
-            // In free flight it begins anew, also after a contact.
+            // In free flight it is reset, also after a contact.
             assert_eq!(fallback.lead(&at(0), false, delay), V6::zeros());
             let first = fallback.lead(&at(1), true, delay);
             let slope = at(1) - at(0);
@@ -147,7 +146,7 @@ mod tests {
         }
     }
 
-    /// In a contact in which the model is braked: of all, of a part and of none of its trust.
+    /// In a contact in which the model is braked, with a trust of 1, of a fraction and of 0.
     #[test]
     fn a_command_is_the_predictors_by_its_trust_and_the_lead_by_the_rest() {
         let [robot, ..] = robots();
@@ -192,12 +191,12 @@ mod tests {
         });
     }
 
-    /// The lead is, the predictor is not; it counts as far as it has a part in it.
+    /// The lead is at the limit, the predictor is not; the flag is set if the lead has a share in the command.
     #[test]
     fn the_speed_limit_is_told_of_either_part() {
         let [robot, ..] = robots();
         let scene = Scene::new(&robot, 1, 0.0, -12.0);
-        // Both of them.
+        // Both are at the limit.
         let [.., servo] = robots();
         Scene::new(&servo, 1, 0.0, 30.0).ask(|problem| {
             assert!(problem.solve().at_speed_limit);

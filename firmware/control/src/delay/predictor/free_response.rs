@@ -1,8 +1,7 @@
-//! The free response: where the robot will be over the horizon with the commands that were sent, then with those of the
+//! The free response: the motion of the robot over the horizon with the commands that were sent, then with those of the
 //! reference.
 //!
-//! The reference is straight but for what the contact takes away along its push, so that only the robot's own path needs all
-//! six axes at each time.
+//! The reference is straight except along its push, so that only the robot's own motion has to be computed for all six axes.
 
 use super::V6;
 use super::control_problem::ControlProblem;
@@ -10,18 +9,18 @@ use super::dynamic_matrix::Trajectory;
 use super::reference::Deviations;
 use super::tuning::*;
 
-/// What the moves are found from.
+/// The quantities from which the moves are computed.
 pub(super) struct FreeResponse {
-    /// The first tracking moves for it, m.
+    /// The first tracking move of each axis, m.
     pub(super) first_move: V6,
-    /// Along the contact its error and position, m.
+    /// Error (reference minus free response) and position along the contact, m.
     pub(super) error: Trajectory,
     pub(super) position: Trajectory,
 }
 
 impl FreeResponse {
-    /// With what the contact takes away of the reference from now on, and from a delay ahead on; each error counts in the first
-    /// moves as the row of the tracking law says.
+    /// From the deviations of the reference from now on (`taken`), and from a delay ahead on (`ahead`). `first_row` holds the
+    /// weights of the errors in the first move.
     #[inline(never)]
     pub(super) fn new(
         problem: &ControlProblem<'_>,
@@ -69,7 +68,8 @@ impl FreeResponse {
     }
 }
 
-/// The commands with which the axes end a cycle of the horizon and begin the next. First those that are sent, then the reference.
+/// The commands that are executed at the end of cycle `t` of the horizon and at the beginning of the next: first those that were
+/// sent, then those of the reference.
 fn executed(problem: &ControlProblem<'_>, ahead: &Deviations, t: usize) -> V6 {
     let reference = &problem.reference;
     let sent = problem.model.linear.whole + 1;
@@ -80,7 +80,7 @@ fn executed(problem: &ControlProblem<'_>, ahead: &Deviations, t: usize) -> V6 {
     reference.velocity - reference.push * change(problem, ahead, new)
 }
 
-/// What the contact takes away of the velocity of the reference in a cycle that is a delay ahead, m/s.
+/// Change of the reference's velocity along the contact in a cycle `t` that begins a delay ahead, m/s.
 fn change(problem: &ControlProblem<'_>, ahead: &Deviations, t: usize) -> f64 {
     let per_displacement = 1.0 / problem.model.cycle_s;
     match (ahead.get(t), ahead.get(t + 1)) {

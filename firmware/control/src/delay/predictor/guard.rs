@@ -1,5 +1,5 @@
-//! The guard at the end of a contact: a rebound that departs from that of an identified contact is set to it; that of one
-//! that was not identified is bounded to what a passive contact can give, 0 ≤ e ≤ 1. It moves the model without a measured
+//! The guard at the end of a contact. A rebound that departs from that of an identified contact is set to it; that of a contact
+//! that was not identified is bounded to what a passive one can give, 0 ≤ e ≤ 1. The guard moves the model without a measured
 //! force; the impulse is in the trace, and each action is flagged.
 
 use super::tuning::*;
@@ -12,7 +12,7 @@ pub(super) struct Outcome {
     pub(super) after: f64,
     /// Restitution of the identified contact.
     pub(super) restitution: f64,
-    /// Misfit of the identification, as a part of the load, and what noise makes of it.
+    /// Misfit of the identification, as a fraction of the load, and the misfit that noise alone makes.
     pub(super) misfit: f64,
     pub(super) noise_misfit: f64,
     /// Standard deviation of the restitution by noise.
@@ -25,7 +25,7 @@ impl Outcome {
         self.misfit < GUARD_MISFIT + GUARD_MISFIT_NOISE * self.noise_misfit
     }
 
-    /// What the guard adds to the velocity after the contact, m/s, and the flag of that action.
+    /// The velocity that the guard adds after the contact, m/s, and the flag of that action; `None` if it does not act.
     pub(super) fn guard(&self) -> Option<(f64, LawFlags)> {
         let e = -self.after / self.closing;
         let noise = GUARD_SIGNIFICANCE * self.noise;
@@ -52,7 +52,8 @@ impl Outcome {
 mod tests {
     use super::*;
 
-    /// Of a contact of this restitution and misfit, at 5 mm/s, with a rebound and noise by the closing velocity.
+    /// The outcome of a contact with this identified restitution and misfit, at 5 mm/s, with a rebound and noise relative to the
+    /// closing velocity.
     fn outcome(restitution: f64, misfit: f64, rebound: f64, noise: f64) -> Outcome {
         Outcome {
             closing: 0.005,
@@ -64,7 +65,7 @@ mod tests {
         }
     }
 
-    /// Up to a misfit of six hundredths, and one and a half of what noise makes.
+    /// Up to a misfit of 0.06 plus one and a half times that of noise.
     #[test]
     fn a_contact_is_identified_if_it_explains_its_loads() {
         for (misfit, noise, fits) in [
@@ -82,8 +83,8 @@ mod tests {
         }
     }
 
-    /// By a hundredth and twice the misfit, at most three hundredths, and three standard deviations; to more than 1.008 of the
-    /// speed in no case.
+    /// The tolerance is 0.01 and twice the misfit, at most 0.03, plus three standard deviations of noise; a gain above 1.008 of
+    /// the speed is never left.
     #[test]
     fn the_rebound_of_an_identified_contact_is_held_to_it() {
         for (e, misfit, noise, rebound, held) in [
@@ -117,7 +118,7 @@ mod tests {
         }
     }
 
-    /// Between a stop and the speed that it came with.
+    /// Between rest and the speed of the approach.
     #[test]
     fn the_rebound_of_any_other_contact_is_bounded_to_that_of_a_passive_one() {
         for (noise, rebound, bounded) in [

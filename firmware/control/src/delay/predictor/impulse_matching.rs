@@ -1,10 +1,9 @@
 //! Impulse matching: how far to press into the contact, so that the impulse that is still to come leaves the
 //! model with the momentum of the rebound.
 //!
-//! The robot goes straight on for a dead time after the onset, and the model loses more momentum than the
-//! contact would have taken. That impulse has to be given back while the contact lasts. A preload, a multiple μ
-//! of the moves 1, ½, ¼ ... along the contact on top of the tracking moves, changes the depth from then on; μ
-//! is found such that
+//! For a dead time after the onset the robot goes straight on, and the model loses more momentum than the contact would have
+//! taken. That impulse has to be given back while the contact lasts. A preload, a multiple μ of the moves 1, ½, ¼ ... along the
+//! contact on top of the tracking moves, changes the depth from then on; μ is chosen such that
 //!
 //! ```text
 //! v − (1/m) Σ ∫ max(0, k δ + q δ² + c δ') dt  =  velocity of the reference at the end of the horizon
@@ -33,7 +32,7 @@ pub(super) struct ImpulseMatching<'a> {
     pub(super) cycle_s: f64,
 }
 
-/// A preload that was tried, m/s, and the velocity beyond the target that it leaves, m/s.
+/// A preload that was tried, m/s, and the resulting excess of the final velocity over the target, m/s.
 #[derive(Clone, Copy)]
 struct Trial {
     excess: f64,
@@ -41,7 +40,7 @@ struct Trial {
 }
 
 impl Trial {
-    /// The better of two: error, and a little for the size of the preload.
+    /// The better of two trials, by the error and a small cost of the preload's size.
     fn better(self, new: Self) -> Self {
         let cost = |trial: Self| trial.excess.abs() + PRELOAD_COST * trial.preload.abs();
         if cost(new) < cost(self) { new } else { self }
@@ -49,10 +48,10 @@ impl Trial {
 }
 
 impl ImpulseMatching<'_> {
-    /// Velocity at the end of the horizon beyond the target.
+    /// Evaluates a preload: the excess of the velocity at the end of the horizon over the target.
     #[inline(never)]
     fn trial(&self, preload: f64) -> Trial {
-        // A spring, nearly always: its loop does without the product.
+        // Nearly always a linear spring, whose loop needs one product less.
         let impulse = if self.stiffening == 0.0 {
             self.impulse::<false>(preload)
         } else {
@@ -82,8 +81,8 @@ impl ImpulseMatching<'_> {
         0.5 * self.cycle_s * twice
     }
 
-    /// Twice the mean of max(0, k δ + q δ² + c δ') over a cycle in which the depth goes straight, partly at
-    /// least in contact, N; `drag` is c δ'.
+    /// Twice the mean of max(0, k δ + q δ² + c δ') over a cycle in which the depth changes linearly and which is at least partly
+    /// in contact, N; `drag` is c δ'.
     #[inline]
     fn force<const STIFFENING: bool>(&self, before: f64, now: f64, drag: f64) -> f64 {
         let spring = |depth: f64| {
@@ -109,11 +108,11 @@ impl ImpulseMatching<'_> {
     }
 }
 
-/// The best preload within ± `most`, m/s: the sign change of the excess is sought with growing steps. More preload, more impulse,
-/// less velocity. An excess of `matched` is none, m/s.
+/// The best preload within ± `most`, m/s. A larger preload gives more impulse and thus a smaller velocity; the sign change of the
+/// excess is bracketed with growing steps. An excess up to `matched` (m/s) counts as zero.
 #[inline]
 fn search(trial: impl Fn(f64) -> Trial, most: f64, matched: f64) -> f64 {
-    // The first step as if that were linear.
+    // The first step takes the excess as linear.
     let mut low = trial(0.0);
     let mut high = trial((low.excess * FIRST_STEP).clamp(-most, most));
     let mut best = low.better(high);
@@ -140,7 +139,7 @@ fn search(trial: impl Fn(f64) -> Trial, most: f64, matched: f64) -> f64 {
     if low.excess * high.excess > 0.0 {
         return best.preload;
     }
-    // False position with the stale end's value halved, within a sign change (Illinois method).
+    // Regula falsi within the bracket, with the value of the end that stays halved (Illinois method).
     for _ in 0..left {
         let width = high.excess - low.excess;
         if width == 0.0 {
@@ -162,7 +161,7 @@ fn search(trial: impl Fn(f64) -> Trial, most: f64, matched: f64) -> f64 {
     best.preload
 }
 
-/// Twice the mean of the positive part of what goes straight from one value to another.
+/// Twice the mean of the positive part of a function that goes linearly from `first` to `last`.
 fn positive_part(first: f64, last: f64) -> f64 {
     match (first > 0.0, last > 0.0) {
         (true, true) => first + last,
@@ -179,7 +178,7 @@ mod tests {
     const CYCLE_S: f64 = 0.004;
     const MASS: f64 = 500.0;
     const CLOSING: f64 = 0.005;
-    /// Cycles before the robot answers to a preload.
+    /// Cycles until the robot responds to a preload.
     const DELAY: usize = 8;
 
     /// A contact that has just begun: k, q and c.
@@ -190,7 +189,8 @@ mod tests {
     }
 
     impl Contact {
-        /// Along half a sine of the spring's own frequency, then out again as fast; moves of 1, ½, ¼ ... after the delay.
+        /// Depth along half a sine of the spring's own frequency, then out again at constant speed; moves of 1, ½, ¼ ... after
+        /// the delay.
         fn new(load: [f64; 3]) -> Self {
             let omega = (load[0] / MASS).sqrt();
             let end = core::f64::consts::PI / omega;
@@ -266,7 +266,7 @@ mod tests {
         }
     }
 
-    /// Some more to give back, or less, than the motion without a preload would.
+    /// Targets that need more impulse, or less, than the motion without a preload gives.
     #[test]
     fn the_preload_leaves_the_velocity_that_is_asked() {
         for contact in contacts() {
@@ -305,7 +305,7 @@ mod tests {
         }
     }
 
-    /// Searches the root of a velocity that is left: the preload, and those that were tried.
+    /// Searches for the root of this excess. Returns the preload, and all preloads that were tried.
     fn searched(excess: impl Fn(f64) -> f64, most: f64) -> (f64, Vec<f64>) {
         let tried = core::cell::RefCell::new(Vec::new());
         let trial = |preload: f64| {
@@ -329,8 +329,8 @@ mod tests {
         );
     }
 
-    /// Half of the excess is tried first. If the root lies within, the straight line through both is right; if not, a twentieth
-    /// beyond where it leads.
+    /// Half of the excess is tried first. If the root lies within, linear interpolation finds it; if not, the next trial goes 5 %
+    /// beyond the linear extrapolation.
     #[test]
     fn a_straight_line_takes_as_few_trials_as_it_can() {
         for sign in [1.0, -1.0] {
@@ -339,21 +339,21 @@ mod tests {
             let first = sign * 0.005;
             assert_tried(line(5.0), 1.0, &[0.0, first, root(5.0)]);
             assert_tried(line(1.0), 1.0, &[0.0, first, root(1.0) * 1.05, root(1.0)]);
-            // No step is more than two and a half times as far.
+            // No step reaches more than two and a half times as far.
             let far = first * 2.5;
             assert_tried(
                 line(0.5),
                 1.0,
                 &[0.0, first, far, root(0.5) * 1.05, root(0.5)],
             );
-            // Beyond the largest preload, or just there.
+            // The root lies beyond the largest preload, or just there.
             assert_tried(line(0.5), 0.015, &[0.0, first, far, sign * 0.015]);
             assert_tried(line(0.5), 0.003, &[0.0, sign * 0.003]);
             assert_tried(line(2.0), 1.0, &[0.0, first, root(2.0)]);
         }
     }
 
-    /// Where a step changes nothing, or makes it worse, no line leads on.
+    /// Where a step changes nothing, or makes the excess larger, there is no linear extrapolation.
     #[test]
     fn a_plateau_is_left_by_growing_steps() {
         for before in [1e-2, 1.1e-2] {
@@ -378,7 +378,7 @@ mod tests {
     fn a_search_ends_after_its_trials_with_the_best_of_them() {
         let (found, tried) = searched(|preload| 1e-2 - 1e-9 * preload, 1e9);
         assert_eq!(tried.len(), EVALUATIONS - ROOT_EVALUATIONS);
-        // Its cost is more than what it brings.
+        // The preload costs more than it gains.
         assert_eq!(found, 0.0);
         let steep = |preload: f64| if preload < 0.00497 { 0.01 } else { -0.01 };
         let (found, tried) = searched(steep, 1.0);
@@ -408,7 +408,7 @@ mod tests {
         assert!(cubic(found).abs() < 1e-5, "{found} {tried:?}");
     }
 
-    /// A millionth of it moves nothing, and is no reason for another trial.
+    /// The excess is small enough, so that no further trial is made.
     #[test]
     fn what_matches_is_not_searched_any_further() {
         let (_, tried) = searched(|preload| 0.01 - preload * (1.0 + 1e-9 * preload), 1.0);

@@ -48,7 +48,7 @@ impl KelvinVoigt {
     /// s and s' at `N` times from `t_s` on, `step_s` apart, for V = 1.
     pub(super) fn sample<const N: usize>(&self, t_s: f64, step_s: f64) -> [(f64, f64); N] {
         let mut values = [(0.0, 0.0); N];
-        // e^(−ζωt) (cos, sin)(ω_d t) of the next time within the contact.
+        // e^(−ζωt) (cos, sin)(ω_d t) at the last time within the contact.
         let mut wave: Option<(f64, f64)> = None;
         let turn = |t: f64| {
             let decay = ComplexField::exp(-self.zeta * self.omega * t);
@@ -102,7 +102,7 @@ mod tests {
         }
     }
 
-    /// The recursion gives the motion: its end is the rebound, and s' is the derivative of s.
+    /// The recursion gives the exact motion: it ends in the rebound, and s' is the derivative of s.
     #[test]
     fn the_motion_is_consistent() {
         let spring = KelvinVoigt::new(220_500.0, 6300.0, 500.0);

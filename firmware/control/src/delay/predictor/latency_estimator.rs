@@ -1,6 +1,5 @@
-//! The multiple-model latency estimator. The pose may be older than the force by a number of cycles that nobody knows: the
-//! contact is estimated for each (a bank of models, Magill 1965), and the one that leaves the smallest squared error is
-//! believed.
+//! The multiple-model latency estimator. The pose may be older than the force by an unknown number of cycles: the contact is
+//! estimated for each possible latency (a bank of models, Magill 1965), and the one with the smallest squared error is believed.
 
 use super::V6;
 use super::contact_estimator::{Estimate, Information, Prior};
@@ -8,7 +7,7 @@ use super::observer::AtForce;
 use super::tuning::*;
 use nalgebra::ComplexField;
 
-/// A latency among those that are told apart.
+/// A latency, limited to the largest for which there is a hypothesis.
 pub(super) fn told_apart(latency: usize) -> usize {
     latency.min(LATENCIES - 1)
 }
@@ -29,15 +28,17 @@ pub(super) struct LatencyEstimator {
     pub(super) settled: bool,
     /// The largest latency that is not refuted.
     pub(super) latest: usize,
-    /// Displacement between the last free and the first loaded sample, m, and the error of the onset's load beside it, N.
+    /// Displacement between the last free and the first loaded sample, m, and the error of the load at the onset that is added to
+    /// that of the displacement, N.
     onset: (f64, f64),
-    /// Error of a load that was expected then, N.
+    /// Error of a load as expected at the onset, N.
     sigma: f64,
 }
 
 impl LatencyEstimator {
-    /// A new contact: it began between the positions before and now, with a closing velocity (m/s), a displacement (m)
-    /// apart; there is no force there, to a threshold (N).
+    /// A new contact. It began between the previous positions and those now, with a closing velocity (m/s) and a displacement
+    /// between the two samples (m). The force at the onset is zero within a threshold (N). `remembered` is the information on an
+    /// earlier contact there, with the latency at which it was identified.
     pub(super) fn new(
         previous: &[V6; LATENCIES],
         now: &AtForce,
@@ -77,8 +78,8 @@ impl LatencyEstimator {
         &self.hypotheses[told_apart(latency)]
     }
 
-    /// A load λ, N, in a contact that began with a velocity of the axes. `only` one hypothesis is worth
-    /// the work when the latency is known.
+    /// Takes in a load λ, N, in a contact that began with a velocity of the axes. When the latency is known, `only` is the one
+    /// hypothesis that is updated, which saves time.
     pub(super) fn add(
         &mut self,
         now: &AtForce,
@@ -98,7 +99,8 @@ impl LatencyEstimator {
             let (position, velocity) = (&now.position[l], &now.velocity[l]);
             let gradient = estimate.gradient;
             information.add(position, gradient.dot(&(velocity - before)), load);
-            // Where the contact began is known to a displacement: the load there less well if it is stiffer than expected.
+            // The position of the onset is known to within a displacement, so the force there is less certain if the contact is
+            // stiffer than expected.
             let stiffness = estimate.stiffness.max(prior.stiffness);
             let ratio = self.sigma / onset_deviation(stiffness, self.onset);
             information.onset = ratio * ratio;
@@ -117,7 +119,7 @@ impl LatencyEstimator {
         let cost = |l: usize| self.hypotheses[l].estimate.squared_error + floor;
         let best = (0..LATENCIES).fold(present, |a, b| if cost(b) < cost(a) { b } else { a });
         let better_than = |l: usize, factor: f64| cost(l) > factor * cost(best);
-        // A latency does not change; what disturbs the fit later, such as a pause, says nothing about it.
+        // A latency is constant: what disturbs the fit later, such as a pause, says nothing about it.
         self.settled = (0..LATENCIES).all(|l| l == best || better_than(l, LATENCY_SETTLED));
         let possible = |l: &usize| !better_than(*l, LATENCY_EVIDENCE);
         self.latest = (0..LATENCIES).rev().find(possible).unwrap_or(best);
@@ -128,14 +130,14 @@ impl LatencyEstimator {
         }
     }
 
-    /// Loads taken.
+    /// Number of loads taken in.
     pub(super) fn loads(&self) -> u32 {
         self.loads
     }
 }
 
 impl Estimate {
-    /// Error of a load that decides nothing, N.
+    /// Standard deviation of a load below which residuals decide nothing, N.
     fn floor_n(&self, (noise, noise_m): (f64, f64), closing: f64) -> f64 {
         let inverse_mass = (1.0 / self.mass).max(1e-9);
         let peak = closing * ComplexField::sqrt(self.stiffness / inverse_mass);
@@ -145,8 +147,8 @@ impl Estimate {
     }
 }
 
-/// Deviation of the load where the contact began, N, by a stiffness (N/m), the displacement between the samples beside it
-/// (m) and the threshold of a load (N).
+/// Standard deviation of the load at the onset, N, from a stiffness (N/m), the displacement between the samples around it (m) and
+/// the threshold of a load (N).
 fn onset_deviation(stiffness: f64, (travel, threshold): (f64, f64)) -> f64 {
     (stiffness * travel / ONSET_SPREAD).max(1e-6) + threshold
 }
@@ -170,8 +172,8 @@ mod tests {
         assert_near(onset_deviation(2e5, (0.0, 0.5)), 0.5 + 1e-6, 1e-6);
     }
 
-    /// The bank in a contact of a pose that is `late`: the robot has moved as the contact says, each hypothesis sees it as old as
-    /// it believes.
+    /// The hypotheses in a contact with a pose that is `late` cycles late: the robot has moved as the contact requires, and each
+    /// hypothesis sees it as late as it assumes.
     fn bank(
         late: usize,
         loads: i32,
@@ -205,14 +207,13 @@ mod tests {
             assert_eq!(bank.choose(2, (0.01, 0.0), CLOSING), late);
             assert!(bank.settled);
             assert_eq!((bank.latest, bank.loads()), (late, 16));
-            // Then it is not asked again.
+            // A settled latency is not reconsidered.
             bank.hypotheses[late].estimate.squared_error = 1e9;
             assert_eq!(bank.choose(2, (0.01, 0.0), CLOSING), 2);
         }
     }
 
-    /// If the latency is known only that one is worth the work; and none in which the robot came out of a pause within the
-    /// cycle.
+    /// Only the hypothesis of a known latency is updated, and none for which the robot has ended a pause within the cycle.
     #[test]
     fn hypotheses_that_say_nothing_take_no_load() {
         let loads =
@@ -222,8 +223,8 @@ mod tests {
         assert_eq!(loads(&bank(1, 4, None, Some(2))), [4.0, 4.0, 0.0, 4.0, 4.0]);
     }
 
-    /// Between the last free and the first loaded position, where the load is less than noise and a displacement make it; a
-    /// stiffness beyond the expected one makes it less certain.
+    /// The onset lies between the last free and the first loaded position; the load there is zero within noise and a
+    /// displacement, and less certain with a stiffness above the expected one.
     #[test]
     fn a_contact_begins_between_two_samples() {
         let bank = bank(0, 1, None, None);
@@ -257,13 +258,13 @@ mod tests {
         assert_eq!(samples, [0.0, 0.0, 0.0, 0.5, 0.0]);
     }
 
-    /// Squared errors of the five after so many loads, with a floor of 1 N² a load; what is believed, whether it is beyond doubt,
-    /// and the largest that may be.
+    /// Squared errors of the five hypotheses, the number of loads, with a floor of 1 N² per load; then the latency that is
+    /// believed, whether it is settled, and the largest that is not refuted.
     #[test]
     fn a_latency_is_changed_for_one_that_is_better_by_half() {
         for (errors, loads, chosen, settled, latest) in [
             ([0.0, 0.0, 0.0, 0.0, 0.0], 4, 1, false, 4),
-            // 4 N² of floor: 4 + 3.9 is less than twice 4.
+            // With a floor of 4 N²: 4 + 3.9 is less than twice 4.
             ([0.0, 3.9, 9.0, 9.0, 9.0], 4, 1, false, 1),
             ([0.0, 4.1, 9.0, 9.0, 9.0], 4, 0, false, 0),
             ([9.0, 4.1, 9.0, 0.0, 3.0], 4, 3, false, 4),
@@ -284,13 +285,13 @@ mod tests {
         }
     }
 
-    /// Zero to four cycles.
+    /// Zero to four cycles are distinguished.
     #[test]
     fn a_pose_that_is_older_than_all_that_are_told_apart_is_the_oldest() {
         assert_eq!([0, 3, 4, 5, 99].map(told_apart), [0, 3, 4, 4, 4]);
     }
 
-    /// One and a half of the noise, of a load or by a position, and 0.0002 of the peak V √(k m).
+    /// 1.5 times the noise, of a load or from a position, and 0.0002 of the peak V √(k m).
     #[test]
     fn the_error_of_a_load_that_decides_nothing_is_that_of_its_noise() {
         let estimate = Estimate::exact(2e5, 0.0, 500.0);

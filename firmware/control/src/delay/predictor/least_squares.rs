@@ -1,4 +1,4 @@
-//! Small least-squares problems: the factor of normal equations, and what of a solution is significant.
+//! Small least-squares problems: factorisation of normal equations, and shrinkage of an estimate that is not significant.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -10,11 +10,11 @@ pub(super) struct Ldlt<const N: usize> {
 }
 
 impl<const N: usize> Ldlt<N> {
-    /// Only the lower triangle is read, and L replaces it below the diagonal. A pivot that is not
-    /// positive leaves its unknown at zero.
+    /// Only the lower triangle is read; L is stored in place of it, below the diagonal. An unknown whose pivot is not positive is
+    /// set to zero.
     pub(super) fn new(mut lower: SMatrix<f64, N, N>) -> Self {
         let mut inverse_diagonal = SVector::<f64, N>::zeros();
-        // Row j of L D, so that each product is made once.
+        // Row j of L D, so that each product is computed once.
         let mut scaled = SVector::<f64, N>::zeros();
         let mut diagonal = SVector::<f64, N>::zeros();
         for j in 0..N {
@@ -84,7 +84,7 @@ mod tests {
             let a = SMatrix::<f64, 2, 2>::new(1.0, 0.0, 1.0, second);
             let b = SVector::<f64, 2>::new(2.0, 1.0);
             let found = Ldlt::new(a).solve(&b);
-            // The first takes what it can of both.
+            // Without a positive second pivot the second unknown is zero, and the first solves its own equation.
             let expected = if second > 1.0 { x } else { [b[0], 0.0] };
             assert!(
                 (found - SVector::from(expected)).amax() < 1e-12,

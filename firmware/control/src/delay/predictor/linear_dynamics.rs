@@ -1,5 +1,5 @@
-//! What an axis does with the velocities that it is sent, but for its pauses: dead time, first-order lag and second-order
-//! servo, discretised exactly for commands that are held for a cycle.
+//! Response of an axis to the commanded velocities, without its pauses: dead time, first-order lag and second-order servo,
+//! discretised exactly for commands that are held for a cycle.
 //!
 //! ```text
 //! T x0' = u − x0          x1'' = ω² (x − x1) − 2 ζ ω x1'        x = x0, or u without a lag
@@ -12,7 +12,7 @@ use super::tuning::*;
 use crate::delay::actuator::ActuatorSettings;
 use nalgebra::{Matrix5, Vector5};
 
-/// Rows in the vector of the matrix exponential: lag, servo, its rate, displacement, command.
+/// Rows of the state vector for the matrix exponential: lag, servo, its rate, displacement, command.
 const DISPLACEMENT: usize = 3;
 const COMMAND: usize = 4;
 
@@ -27,15 +27,17 @@ pub(super) struct LinearDynamics {
     /// Rate of the lag, and frequency and damping ratio of the servo, per cycle.
     lag: Option<f64>,
     servo: Option<(f64, f64)>,
-    /// There is neither: the executed velocity is the delayed command itself.
+    /// There is neither lag nor servo: the executed velocity is the delayed command itself.
     pub(super) is_dead_time: bool,
-    /// State, and displacement in the last row, after a cycle: from the states, the older and newer command.
+    /// Matrices that give the state (rows 0 to 2) and the displacement (row 3) after a cycle: from the state before, the older
+    /// and the newer command.
     from_state: [[f64; 3]; 4],
     from_older: [f64; 4],
     from_newer: [f64; 4],
 }
 
-/// A part of a cycle of one axis before pauses: executed velocities, and displacement in cycles × velocity.
+/// Motion of one axis, without pauses, in a part of a cycle: executed velocities at its ends, and displacement in cycles ×
+/// velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Segment {
     /// Part of a cycle.
@@ -46,7 +48,7 @@ pub(super) struct Segment {
 }
 
 impl LinearDynamics {
-    /// What is believed of the robot, at a pose with a latency in cycles.
+    /// From the settings of the robot; `latency` is that of the reported pose, in cycles.
     pub(super) fn new(settings: &ActuatorSettings, cycle_s: f64, latency: f64) -> Self {
         let lag = (settings.lag_s > 0.0).then(|| cycle_s / settings.lag_s);
         let omega = core::f64::consts::TAU * settings.servo_hz * cycle_s;
@@ -128,7 +130,7 @@ impl LinearDynamics {
         m
     }
 
-    /// Executed velocity in a state that is not of a pure dead time.
+    /// Executed velocity in a state; not for a pure dead time.
     fn output(&self, state: &[f64; 3]) -> f64 {
         if self.servo.is_some() {
             state[1]
@@ -137,9 +139,8 @@ impl LinearDynamics {
         }
     }
 
-    /// One cycle: the command of `fraction` of it, and the one of the rest. What is executed, were
-    /// there no pause; of a pure dead time from `newer` alone, for which [`Self::first_segment`] stands
-    /// beside it.
+    /// One cycle: `older` is the command of its first part (`fraction`), `newer` that of the rest. Returns the motion without
+    /// pauses. For a pure dead time that is the part under `newer` alone; [`Self::first_segment`] gives the part under `older`.
     #[inline]
     pub(super) fn step(&self, state: &mut [f64; 3], older: f64, newer: f64) -> Segment {
         if self.is_dead_time {
@@ -154,7 +155,7 @@ impl LinearDynamics {
         self.respond(state, older, newer)
     }
 
-    /// The same of a lag or a servo.
+    /// [`Self::step`] of a lag or a servo.
     #[inline]
     fn respond(&self, state: &mut [f64; 3], older: f64, newer: f64) -> Segment {
         let start = self.output(state);
@@ -176,7 +177,7 @@ impl LinearDynamics {
         }
     }
 
-    /// What a pure dead time executes of the older command, if anything.
+    /// The part of a cycle that a pure dead time executes under the older command, if any.
     #[inline]
     pub(super) fn first_segment(&self, older: f64) -> Option<Segment> {
         let duration = self.fraction;
@@ -188,14 +189,14 @@ impl LinearDynamics {
         })
     }
 
-    /// Displacement of a pure dead time in a cycle, in cycles, by both segments of all axes: were there no pause.
+    /// Displacement of all axes of a pure dead time in a cycle, both parts together, without pauses; in cycles × velocity.
     #[inline]
     pub(super) fn dead_time_displacement(&self, older: &V6, newer: &V6) -> V6 {
         older * self.fraction + newer * (1.0 - self.fraction)
     }
 
-    /// Displacement after 0, 1, 2 ... cycles of a unit command that lasts for the first cycle alone; the
-    /// `advance` cycles before it are left out.
+    /// Displacement after 0, 1, 2 ... cycles of a unit command that lasts for the first cycle alone; the first `advance` cycles
+    /// are left out.
     pub(super) fn pulse_response<const N: usize>(&self, advance: usize) -> [f64; N] {
         let (mut state, mut displacement) = ([0.0; 3], 0.0);
         let mut response = [0.0; N];
@@ -245,7 +246,7 @@ mod tests {
     use crate::delay::predictor::scene::robot;
     use crate::delay::spacecraft::CYCLE_S;
 
-    /// Of a command that lasts for one cycle; in the end it is as long as that.
+    /// The displacement by a command of one cycle, which is in the end one cycle.
     #[test]
     fn the_pulse_response_is_the_way_of_a_robot_that_gets_one_command() {
         for (delay, lag_s, servo_hz) in [
@@ -277,7 +278,7 @@ mod tests {
         }
     }
 
-    /// Up to none, and as long as the commands of all latencies are kept.
+    /// The dead time stays between zero and the longest one for which the commands of all latencies are kept.
     #[test]
     fn a_robot_that_is_later_is_one_with_a_longer_dead_time() {
         for (lag_s, servo_hz) in [(0.0, 0.0), (0.016, 0.0), (0.0, 10.0)] {
@@ -301,7 +302,7 @@ mod tests {
         }
     }
 
-    /// A decay, a turn of 20 rad and a chain of integrators; of all sizes.
+    /// A decay, a rotation by 20 rad and a chain of integrators, of all sizes.
     #[test]
     fn the_exponential_is_that_of_known_motions() {
         for rate in [1e-3, 0.3, 2.0, 30.0] {
@@ -324,7 +325,7 @@ mod tests {
                 );
             }
         }
-        // A number that is none, but within the settings' range, must not keep the loop.
+        // Infinity must not make the loop endless.
         assert!(!exponential(&Matrix5::repeat(f64::INFINITY))[(0, 0)].is_finite());
     }
 }

@@ -1,8 +1,8 @@
-//! The default law: model predictive control of a late robot, so that it is where the two spacecraft would be,
-//! when it is there.
+//! The default law: model predictive control of a robot with delay, such that it executes each motion at the time at which the
+//! two spacecraft would.
 //!
-//! The model of the two spacecraft is moved by the measured force. The robot that presses the mechanism is
-//! late; this law leads it:
+//! The model of the two spacecraft is moved by the measured force. The robot that presses the mechanism is late, so this law
+//! commands it ahead of time:
 //!
 //! - A **robot model** with dead time (lag, servo and pause at a reversal behind it) follows the sent commands
 //!   and predicts where they will bring the robot: dead-time compensation by an internal model, as in Smith's
@@ -12,17 +12,16 @@
 //!   recursive least squares; one for each possible latency of the reported pose (multiple models: Magill,
 //!   "Optimal adaptive estimation of sampled stochastic processes", IEEE Trans. Autom. Control 10, 1965).
 //! - A **reference** is the motion that two spacecraft with such a contact would have, one delay ahead.
-//! - **Dynamic matrix control** (Cutler and Ramaker, "Dynamic matrix control: a computer control algorithm",
-//!   Joint Automatic Control Conference, 1980) moves the robot along it: the free response by the robot model,
-//!   the moves by least squares with move suppression, the first one sent. It differs from the textbook in
-//!   three points: the moves are velocities on top of the reference's own; the prediction is not shifted by its
-//!   last error, because an observer corrects the model's position; and there are no constraints in it: speed
-//!   limit and reversals are bounded after it.
+//! - **Dynamic matrix control** (Cutler and Ramaker, "Dynamic matrix control: a computer control algorithm", Joint Automatic
+//!   Control Conference, 1980) moves the robot along it: the free response by the robot model, the moves by least squares with
+//!   move suppression, the first one sent. It differs from the textbook in three points: the moves are velocities on top of the
+//!   reference's own; the prediction is not shifted by its last error, because an observer corrects the model's position; and it
+//!   has no constraints: the speed limit and the reversals are applied to its result.
 //! - **Impulse matching** adds a preload along the contact, so that the impulse still to come is that of the
 //!   rebound. It is no part of dynamic matrix control and has no counterpart in the literature that is known to
 //!   us.
-//! - A **supervisor** compares what it believes with what happens: an interlock before the first contact, a
-//!   guard on the restitution, a confidence level that leads to a fallback law (second-order lead).
+//! - A **supervisor** compares what is identified with what happens: an interlock before the first contact, a guard on the
+//!   restitution, a confidence level that leads to a fallback law (second-order lead).
 //!
 //! There is no proof of stability: robustness is shown by tests over wrong delays, structures, contacts and
 //! noise. The page `docs/delay/predictor.md` follows the law through with its equations, limits and numbers.
@@ -49,7 +48,7 @@
 //! | `supervisor` | what is believed, what the model feels, which law commands |
 //! | `batch`, `bounce`, `oblique`, `scene` | in the tests alone: exact contacts, and what is expected by a slower way of computing |
 //!
-//! It computes in f64 whatever the scalar of the cycle is.
+//! It computes in f64 whatever the scalar type of the cycle is.
 
 mod approach;
 mod axis_map;
@@ -108,13 +107,12 @@ type M6 = SMatrix<f64, 6, 6>;
 
 /// The law and its state.
 ///
-/// Observer and contact are kept beside the supervisor, which works on both: neither is ever moved, which on a
-/// microcontroller would cost more stack than the rest of the cycle. For the same reason the steps of
-/// a cycle are not inlined into each other.
+/// Observer and contact are kept beside the supervisor, which works on both. Neither is ever moved, which on a microcontroller
+/// would cost more stack than the rest of the cycle. For the same reason the steps of a cycle are not inlined into each other.
 #[derive(Clone, Debug)]
 pub struct Predictor {
     supervisor: Supervisor,
-    /// None before the first cycle.
+    /// `None` before the first cycle.
     observer: Option<Observer>,
     contact: Option<Contact>,
 }
@@ -130,7 +128,7 @@ impl Predictor {
         }
     }
 
-    /// The same as a new one.
+    /// Resets the law to its initial state, in place.
     #[inline(never)]
     pub fn restart(&mut self, settings: &DelaySettings, cycle_s: f64) {
         self.supervisor = Supervisor::new(settings, cycle_s);
@@ -138,8 +136,8 @@ impl Predictor {
         self.contact = None;
     }
 
-    /// The wrench that the model feels, at M in axes of M: none in free flight, and in a contact the
-    /// mean of the last two measured ones, with what the samples cannot see of its beginning.
+    /// The wrench that the model feels, at M in axes of M: zero in free flight, and in a contact the mean of the last two
+    /// measured ones, corrected for the parts of its beginning and end that lie between samples.
     pub fn condition<S: Scalar>(&mut self, input: &LawInput<'_, S>) -> Wrench<S> {
         self.observe(input);
         let Some(observer) = &mut self.observer else {
@@ -154,7 +152,7 @@ impl Predictor {
         observer.map.wrench(&felt)
     }
 
-    /// One cycle: the velocity that the robot is told.
+    /// One cycle: the velocity that the robot is commanded.
     pub fn step<S: Scalar>(&mut self, input: &LawInput<'_, S>) -> LawOutput<S> {
         self.observe(input);
         self.supervisor.observed = false;
@@ -162,7 +160,7 @@ impl Predictor {
             return LawOutput::of(input.model_end);
         };
         if !input.released {
-            // The ramp shows the sensor's noise before any load may move the model.
+            // During the ramp the sensor's noise is measured, before any load may move the model.
             observer.take_load(input.wrench);
             self.supervisor.noise.add(&observer.load);
         }

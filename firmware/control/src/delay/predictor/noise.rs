@@ -1,5 +1,4 @@
-//! The noise of what is measured: of positions against the robot model, of what a fit leaves of them, and of loads in free
-//! flight.
+//! Noise of measured quantities: of positions against the robot model, of the residuals of a fit, and of loads in free flight.
 
 use super::V6;
 use super::tuning::*;
@@ -15,7 +14,7 @@ pub(super) struct PositionNoise {
 }
 
 impl PositionNoise {
-    /// A cycle's distance, and whether its change is noise.
+    /// Takes in a cycle's distance; `is_noise` tells whether its change counts as noise.
     pub(super) fn take(&mut self, apart: &V6, is_noise: bool) {
         let change = apart - self.apart;
         self.apart = *apart;
@@ -25,7 +24,7 @@ impl PositionNoise {
         }
     }
 
-    /// Of a position of each axis, m²; until it is known that of one along the approach, `noise_m`.
+    /// Variance of the position of each axis, m²; that of one along the approach (`noise_m`) until enough samples are known.
     pub(super) fn variance(&self, noise_m: f64) -> V6 {
         if self.count < NOISE_SAMPLES {
             return V6::repeat(noise_m * noise_m);
@@ -34,7 +33,7 @@ impl PositionNoise {
     }
 }
 
-/// Noise of what a fit leaves, from its second differences: another structure leaves what is smooth.
+/// Noise of residuals, from their second differences: an error of structure is smooth and does not count.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ResidualNoise {
     last: [f64; 2],
@@ -59,8 +58,8 @@ impl ResidualNoise {
     }
 }
 
-/// Noise of the load: running mean squares of the six in free flight, about zero, because a load that is there
-/// without a contact is an error as well.
+/// Noise of the load: mean squares of the six components in free flight, about zero, because a constant load without a contact is
+/// an error as well.
 #[derive(Clone, Debug)]
 pub(super) struct LoadNoise {
     least: f64,
@@ -92,8 +91,7 @@ impl LoadNoise {
         ComplexField::sqrt(self.squares.amax() / self.count).max(self.least)
     }
 
-    /// Size of a load that does not come from noise, N: of the loudest of the six, and of the others
-    /// together.
+    /// Norm above which a load is not noise, N: from the largest noise of the six components, and that of the others together.
     pub(super) fn threshold(&self) -> f64 {
         let largest = self.sigma();
         if self.count < NOISE_SAMPLES {
@@ -108,7 +106,7 @@ impl LoadNoise {
 mod tests {
     use super::*;
 
-    /// Two positions' noise makes the difference between two cycles: half of its mean square, of what is noise, from 16 on.
+    /// The difference between two cycles has twice the variance of a position; it counts from 16 differences on.
     #[test]
     fn the_noise_of_a_position_is_half_of_what_it_changes_by() {
         let mut noise = PositionNoise::default();
@@ -125,7 +123,8 @@ mod tests {
         assert!((noise.variance(3e-6) - expected).amax() < 1e-24);
     }
 
-    /// Second differences of white noise are √6 of it; those of a straight line are none, and of c n² they are 2 c.
+    /// Second differences of white noise have √6 times its standard deviation; those of a straight line are zero, and of c n²
+    /// they are 2 c.
     #[test]
     fn what_is_smooth_is_no_noise() {
         for (curvature, slope) in [(0.0, 0.3), (0.5, -2.0), (-0.1, 0.0)] {
@@ -143,7 +142,7 @@ mod tests {
         assert_eq!(two.deviation(), 0.0);
     }
 
-    /// The loudest of the six by four and a half, and the others together; from 16 on, and no less than is set.
+    /// 4.5 times the largest noise of the six, plus that of the others together; from 16 samples on, and no less than is set.
     #[test]
     fn a_load_is_significant_beyond_the_noise_of_free_flight() {
         let loads = |count: i32, size: f64| {

@@ -1,5 +1,5 @@
-//! A contact oblique to all axes, for the tests of what is estimated of it: friction turns its force away from where its
-//! stiffness points.
+//! A contact oblique to all axes, for the tests of its estimation: friction turns the force away from the direction of the
+//! stiffness.
 
 use super::V6;
 use crate::delay::spacecraft::CYCLE_S;
@@ -20,13 +20,13 @@ pub(super) fn gradient() -> V6 {
     V6::new(0.9, -0.5, 0.2, 0.1, 0.1, -0.1)
 }
 
-/// Direction in which the robot goes.
+/// Direction of the robot's motion.
 pub(super) fn way() -> V6 {
     V6::new(0.9, -0.5, 0.1, 0.0, 0.2, -0.1)
 }
 
-/// Its motion in a cycle after the onset at a closing velocity (m/s): position, m, with more than the way into it to tell the
-/// axes apart by, change of the closing velocity, m/s, and load, N, with some noise.
+/// A sample `n` cycles after the onset at a closing velocity (m/s): position, m, with a motion across the contact that
+/// distinguishes the axes; change of the closing velocity, m/s; and load, N, with some noise.
 pub(super) fn sample(n: i32, closing: f64, damping: f64, noise: f64) -> (V6, f64, f64) {
     let (sin, cos) = (OMEGA * CYCLE_S * f64::from(n)).sin_cos();
     let wave = |rate: f64| (rate * f64::from(n)).sin();

@@ -1,9 +1,8 @@
 //! The observer: robot, contact load and model of a cycle in the axes of the robot.
 //!
-//! The robot model follows the commands that were sent; its positions are corrected by a share of their
-//! distance from the measured ones. The pose that arrives may be L cycles older than the force that arrives
-//! with it: the model is carried on to the time of the force, with commands that are already sent, for each L
-//! at once.
+//! The robot model follows the commands that were sent; its positions are corrected by a fraction of their distance from the
+//! measured ones. The pose that arrives may be L cycles older than the force that arrives with it: the model is extrapolated to
+//! the time of the force, with commands that are already sent, for every L.
 
 use super::axis_map::{AxisMap, positions, unwrapped};
 use super::command_history::CommandHistory;
@@ -24,21 +23,22 @@ pub(super) struct Observer {
     pub(super) commands: CommandHistory,
     /// The robot model, at the time of the measured pose.
     pub(super) robot: RobotState,
-    /// Where the commands have led, and what is measured.
+    /// Commanded and measured positions.
     commanded: V6,
     pub(super) measured: V6,
-    /// Measured position less that of the model without feedback, and what feedback has given it, m.
+    /// Measured position minus that of the model without feedback, and the sum of the corrections by feedback, m.
     pub(super) open_loop_error: V6,
     fed_back: V6,
     noise: PositionNoise,
-    /// Measured position less that of the corrected model as far as it is no noise, m: after a pause of another length, for one.
+    /// Measured position minus that of the corrected model, shrunk to what noise does not explain, m: after a pause of another
+    /// length, for example.
     unlike_model: V6,
     /// The robot at the time of the force, and its position a cycle ago.
     pub(super) at_force: AtForce,
     pub(super) previous: [V6; LATENCIES],
-    /// The whole state of it, for the believed latency.
+    /// The full state of the robot at the time of the force for the believed latency, and that latency.
     believed_at_force: (usize, RobotState),
-    /// Where the model of the two spacecraft is, at the time of the force.
+    /// Position of the model of the two spacecraft at the time of the force.
     pub(super) model: V6,
     /// Generalised contact load of this cycle and of the last one, N.
     pub(super) load: V6,
@@ -48,10 +48,10 @@ pub(super) struct Observer {
 
 /// How the measured positions correct the robot model.
 pub(super) struct Feedback {
-    /// Part of an error that is taken, and the standard deviation of a position along the approach, m.
+    /// Fraction of an error that is corrected, and the standard deviation of a position from the approach, m.
     pub(super) gain: f64,
     pub(super) noise_m: f64,
-    /// Free flight after the approach: what positions differ by from one cycle to the next is noise.
+    /// Free flight after the approach: changes of the error from one cycle to the next are noise.
     pub(super) in_flight: bool,
 }
 
@@ -95,7 +95,7 @@ impl Observer {
         }
     }
 
-    /// The next cycle: what was sent, what is measured. Answers the last command.
+    /// The next cycle: takes in what was sent and measured. Returns the last command.
     pub(super) fn advance<S: Scalar>(
         &mut self,
         input: &LawInput<'_, S>,
@@ -123,7 +123,7 @@ impl Observer {
         command
     }
 
-    /// Carries the robot model on to the time of the force, for each latency; one of them is believed.
+    /// Extrapolates the robot model to the time of the force, for each latency; keeps the full state for the believed one.
     pub(super) fn carry_on(&mut self, model: &RobotModel, believed: usize) {
         self.previous = self.at_force.position;
         let mut robot = self.robot;
@@ -150,13 +150,13 @@ impl Observer {
         robot
     }
 
-    /// A wrench at M in axes of M as a load on the axes, N.
+    /// Takes in a wrench at M in axes of M as generalised load on the axes, N.
     pub(super) fn take_load<S: Scalar>(&mut self, wrench: &Wrench<S>) {
         self.previous_load = self.load;
         self.load = self.map.load(wrench);
     }
 
-    /// B: velocity of the axes per impulse on them, of both spacecraft as they are.
+    /// B: velocity of the axes per impulse on them, for both spacecraft in their present state.
     pub(super) fn mobility<S: Scalar>(&self, input: &LawInput<'_, S>) -> M6 {
         let state = input.state;
         let (k, q) = (&state.k.c_from_body.rotation, &state.q.c_from_body.rotation);
@@ -187,7 +187,7 @@ mod tests {
     use crate::settings::BodySettings;
     use nalgebra::{UnitQuaternion, Vector3};
 
-    /// Both turned, apart, and seen in a laboratory that is turned as well.
+    /// Both spacecraft rotated, apart, and seen in a laboratory that is rotated as well.
     #[test]
     fn the_mobility_is_what_an_impulse_changes_of_the_velocity() {
         let body = |mass_kg, position_m, orientation_wxyz| BodySettings {
@@ -220,7 +220,7 @@ mod tests {
         RobotModel::new(&robot(delay_cycles, 0.0, 0.0, 0.0), CYCLE_S, latency)
     }
 
-    /// Observes a robot that moves along x and turns about z by positions in m and m of the lever, for a cycle.
+    /// Observes for a cycle a robot that moves along x and turns about z; positions in m, and m of the lever.
     fn advance(
         observer: &mut Observer,
         model: &RobotModel,
@@ -244,8 +244,8 @@ mod tests {
         Observer::new(&spacecraft.input(&wrench))
     }
 
-    /// At 5 mm/s, a micrometre or so beside it: a share of the distance is taken in each cycle, and without feedback it would
-    /// have stayed.
+    /// At 5 mm/s, a micrometre or so off: a fraction of the distance is corrected in each cycle; without feedback the distance
+    /// would have stayed.
     #[test]
     fn the_robot_model_comes_closer_to_the_measured_robot_by_a_share_in_each_cycle() {
         let (mut observer, model) = (observer(), model(3.0, 0.0));
@@ -265,7 +265,7 @@ mod tests {
                 let found = observer.measured[axis] - observer.robot.position[axis];
                 assert!((found - left).abs() < 1e-15, "{n}: {found}");
                 assert!((observer.open_loop_error[axis] - apart).abs() < 1e-15);
-                // What is more than four standard deviations of noise is no noise.
+                // Only what exceeds four standard deviations of noise counts.
                 let unlike = shrunk(left, 1e-14, 4.0);
                 assert!((observer.unlike_model[axis] - unlike).abs() < 1e-15, "{n}");
             }
@@ -273,7 +273,7 @@ mod tests {
         }
     }
 
-    /// A pose that is two cycles old: the force acts where the robot will be two cycles later.
+    /// A pose that is two cycles old: the force is that of the position two cycles later.
     #[test]
     fn the_robot_is_carried_on_to_the_time_of_the_force() {
         let (mut observer, model) = (observer(), model(3.0, 2.0));
@@ -305,7 +305,7 @@ mod tests {
         }
     }
 
-    /// What the measured robot lacks of its model is lacking at the time of the force as well.
+    /// A distance of the measured robot from its model is the same at the time of the force.
     #[test]
     fn a_robot_that_is_not_where_its_model_is_is_taken_from_the_measurement() {
         let (mut observer, model) = (observer(), model(3.0, 2.0));

@@ -1,5 +1,5 @@
-//! The pause at a reversal: when the executed velocity of an axis changes its sign, the axis stands still for a while and
-//! then goes on with what the command is by then. The displacement in between is lost.
+//! The pause at a reversal: when the executed velocity of an axis changes its sign, the axis stands still for a while and then
+//! follows the present command. The displacement in between is lost.
 
 use super::linear_dynamics::Segment;
 use super::tuning::*;
@@ -18,15 +18,14 @@ pub(super) struct Pause {
 }
 
 impl Pause {
-    /// Whether the axis goes on into a velocity in the direction in which it moves, or rests: nearly
-    /// all cycles.
+    /// Whether the axis keeps its direction with this velocity, or rests, without a pause: nearly all cycles.
     #[inline]
     pub(super) fn goes_on(&self, v: f64) -> bool {
         let moves_on = v * self.direction > 0.0 || v.abs() <= ZERO_VELOCITY;
         self.left <= 0.0 && !self.resumes && moves_on
     }
 
-    /// Executes a segment with pauses of `length` cycles; answers the displacement.
+    /// Executes a segment with pauses of `length` cycles. Returns the displacement, cycles × velocity.
     pub(super) fn execute(&mut self, segment: &Segment, length: f64) -> f64 {
         let Segment {
             duration,
@@ -34,7 +33,7 @@ impl Pause {
             end,
             displacement,
         } = *segment;
-        // What does not keep its velocity lasts for a whole cycle.
+        // A segment whose velocity changes lasts for a whole cycle.
         let at = |t: f64| start + (end - start) * t;
         let between = |from: f64, to: f64| 0.5 * (at(from) + at(to)) * (to - from);
         if self.left > 0.0 && self.left >= duration - SAME_INSTANT {
@@ -46,7 +45,7 @@ impl Pause {
             begin = self.left;
             self.left = 0.0;
             self.ended |= begin > 0.0;
-            // What turned once more within the pause goes on without another one.
+            // An axis whose command reversed once more within the pause goes on without another pause.
             self.direction = direction(at(begin)).unwrap_or(self.direction);
         }
         let turns = direction(end).is_some_and(|d| d * self.direction < 0.0);
@@ -58,7 +57,7 @@ impl Pause {
                 displacement
             };
         }
-        // The moment of reversal; a velocity that jumped turned at the beginning.
+        // The time of reversal; a velocity that jumps reverses at the beginning.
         let turn = if start != end {
             (start / (start - end)).clamp(begin, duration)
         } else {
@@ -75,7 +74,7 @@ impl Pause {
         before + between(turn + length, duration)
     }
 
-    /// A segment within a pause.
+    /// Executes a segment that lies within a pause.
     fn stand_still(&mut self, duration: f64) {
         self.left -= duration;
         if self.left < SAME_INSTANT {

@@ -1,23 +1,23 @@
-//! The preload: what is pressed deeper into a contact than the ideal motion goes, to give back the impulse that the delay
-//! took.
+//! The preload: the displacement into a contact beyond that of the ideal motion, which gives back the impulse that the delay has
+//! taken.
 
 use super::tuning::*;
 use nalgebra::ComplexField;
 
-/// A displacement into the contact beside the ideal motion. It is as it was commanded up to the time at which a
-/// command of this cycle is executed; from then on it stays, or is taken back until the contact ends.
+/// A displacement into the contact in addition to the ideal motion. Up to the time at which a command of this cycle is executed
+/// it is as commanded; from then on it stays, or is taken back until the contact ends.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Preload {
-    /// At that time, and a cycle before, two cycles ..., m.
+    /// At the time `until`, and a cycle before, two cycles ..., m.
     displacement: [f64; PRELOAD_HISTORY],
-    /// That time, cycles.
+    /// The time at which a command of this cycle is executed, cycles.
     until: f64,
-    /// When none of it is left, cycles; none: it stays.
+    /// Time at which it is taken back completely, cycles; `None`: it stays.
     end: Option<f64>,
 }
 
 impl Preload {
-    /// The same, executed up to a time, and taken back from then to another if there is one; cycles.
+    /// The same moves, executed up to the time `until`, and taken back linearly from then to `end`, if given; cycles.
     pub(super) fn planned(&self, until: f64, end: Option<f64>) -> Self {
         Self {
             displacement: self.displacement,
@@ -45,7 +45,7 @@ impl Preload {
         later + (earlier - later) * (before - whole)
     }
 
-    /// Part of it that is left at a time, cycles.
+    /// Fraction of it that is left at a time (cycles).
     pub(super) fn left(&self, cycle: f64) -> f64 {
         let Some(end) = self.end.filter(|_| cycle > self.until) else {
             return 1.0;
@@ -65,10 +65,10 @@ mod tests {
     use crate::delay::predictor::scene::oblique;
     use crate::delay::spacecraft::CYCLE_S;
 
-    /// Of a contact, cycles.
+    /// Time of the onset, cycles.
     const ONSET: f64 = 100.5;
 
-    /// Moves of 1, 2 ... 40 mm, each executed a cycle after the one before: in between it goes straight.
+    /// Moves of 1, 2 ... 40 mm, each executed a cycle after the one before; linear in between.
     #[test]
     fn a_preload_is_the_sum_of_its_moves() {
         let mut preload = Preload::default();
@@ -86,14 +86,14 @@ mod tests {
                 let cycle = f64::from(n) + part;
                 let expected = sum(n) + (sum(n + 1) - sum(n)) * part;
                 assert!((preload.at(cycle) - expected).abs() < 1e-12, "{cycle}");
-                // Deeper than the bounce by it.
+                // Deeper than the bounce by the preload.
                 let with: [Deviation; 4] = pressed.deviations(cycle - 3.0, CYCLE_S);
                 let without: [Deviation; 4] = reference.deviations(cycle - 3.0, CYCLE_S);
                 let deeper = without[3].displacement - with[3].displacement;
                 assert!((deeper - expected).abs() < 1e-12, "{cycle}");
             }
         }
-        // From then on it stays, and what is long past counts no more.
+        // From then on it stays; what is older than the history is not kept.
         for (cycle, expected) in [
             (40.0, sum(40)),
             (41.3, sum(40)),

@@ -1,8 +1,8 @@
-//! The reference: the motion that the two spacecraft would have. Straight, through a spring and a damper,
-//! straight.
+//! The reference: the motion that the two spacecraft should have. It is straight, then that of a spring and a damper, then
+//! straight again.
 //!
-//! Along the direction of contact the motion s(t) of a [`KelvinVoigt`] model from the onset on, and across it straight on:
-//! Q(t) = Q₀ + V₀ t − d (V t − s(t)), where d is the direction into which a force along the contact pushes, d · a = 1.
+//! From the onset on it is, along the direction of contact, the motion s(t) of a [`KelvinVoigt`] model, and across it straight
+//! on: Q(t) = Q₀ + V₀ t − d (V t − s(t)), where d is the direction into which a force along the contact pushes, d · a = 1.
 
 use super::V6;
 use super::contact_estimator::Estimate;
@@ -10,7 +10,7 @@ use super::kelvin_voigt::KelvinVoigt;
 use super::preload::Preload;
 use super::tuning::*;
 
-/// The motion of the axes that is wanted.
+/// The desired motion of the axes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reference {
     /// Time of the onset, cycles; without a contact any time.
@@ -22,16 +22,16 @@ pub(super) struct Reference {
     pub(super) push: V6,
     /// V: closing velocity, m/s.
     pub(super) closing: f64,
-    /// The contact; none: straight on.
+    /// The contact; `None`: straight on.
     pub(super) contact: Option<KelvinVoigt>,
-    /// What is pressed deeper than that.
+    /// Displacement into the contact in addition to that motion.
     pub(super) preload: Preload,
 }
 
-/// What the contact takes away along the horizon: now, and after 1, 2 ... cycles.
+/// Deviations along the horizon: now, and after 1, 2 ... cycles.
 pub(super) type Deviations = [Deviation; PREDICTION_HORIZON + 1];
 
-/// What the contact takes away of straight flight.
+/// Deviation of the motion along the contact from straight flight.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Deviation {
     /// V t − s(t), m.
@@ -72,7 +72,7 @@ impl Reference {
         }
     }
 
-    /// The same along the contact, but across its gradient a with the position and velocity of the model at a cycle.
+    /// The same motion along the contact, but across its gradient a with the position and velocity of the model at a cycle.
     pub(super) fn across(
         mut self,
         gradient: &V6,
@@ -84,7 +84,7 @@ impl Reference {
         let across = |off: V6| off - self.push * gradient.dot(&off);
         let faster = across(velocity - self.velocity);
         let apart = across(position - (self.position + self.velocity * t));
-        // Much more than the motion itself is an error of the gradient.
+        // A difference much larger than the motion itself is an error of the gradient.
         if faster.norm() > SPEED_LIMIT * self.velocity.norm() {
             return self;
         }
@@ -98,7 +98,7 @@ impl Reference {
         self.contact.map_or(0.0, |contact| contact.zeta)
     }
 
-    /// What the contact takes away at times from `cycle` on, one cycle apart.
+    /// The deviations at times from `cycle` on, one cycle apart.
     pub(super) fn deviations<const N: usize>(&self, cycle: f64, cycle_s: f64) -> [Deviation; N] {
         let Some(contact) = &self.contact else {
             return [Deviation::default(); N];
@@ -139,10 +139,10 @@ mod tests {
     use crate::delay::predictor::scene::oblique;
     use crate::delay::spacecraft::CYCLE_S;
 
-    /// Of a contact, cycles.
+    /// Time of the onset, cycles.
     const ONSET: f64 = 100.5;
 
-    /// Before the contact, in it and after it: along its gradient that of the bounce, across straight on.
+    /// Before, in and after the contact: along its gradient that of the bounce, across it straight on.
     #[test]
     fn the_motion_is_that_of_a_mass_at_a_spring() {
         let (contact, reference) = oblique(0.0, ONSET);
@@ -207,7 +207,7 @@ mod tests {
             let apart = turned.position_at(n, CYCLE_S) - reference.position_at(n, CYCLE_S);
             assert!(gradient.dot(&apart).abs() < 1e-12, "{n}");
         }
-        // Straight flight of both meets in that cycle, but for the push.
+        // The straight flight goes through the given position with the given velocity, except along the push.
         let straight =
             |of: &Reference, n: f64| of.position + of.velocity * ((n - of.onset) * CYCLE_S);
         for n in [110.0, 118.0] {

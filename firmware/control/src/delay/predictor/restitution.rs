@@ -1,10 +1,9 @@
-//! The restitution at the end of a contact, and what noise hides of it. That moves the model without a measured force; the
-//! impulse is in the trace.
+//! The restitution at the end of a contact, and the part of it that noise hides. The correction moves the model without a
+//! measured force; its impulse is in the trace.
 //!
-//! Impulse matching makes up for the noise of every load but those of the last dead time, to which
-//! no command can answer any more: their impulse would stay in the rebound, and in bounces that follow each
-//! other become a random walk. The identification knows better, because a contact gives no energy and most give
-//! back all they got:
+//! Impulse matching corrects the noise of every load but those of the last dead time, to which no command can respond any more:
+//! their impulse would stay in the rebound, and would add up to a random walk over successive bounces. The identification knows
+//! better, because a contact gives no energy and most give back all they got:
 //!
 //! ```text
 //! P(damped) = 1 / (1 + A exp(−z²/2))            z: damping over its standard deviation
@@ -12,9 +11,9 @@
 //! w  = min(1, σ² n'/Σr²) · ς²/(ς² + δ²)         |e V + v| ≤ 4 ς V
 //! ```
 //!
-//! with r the residuals, n' as many of them as noise may leave, σ the noise of a load, ς that of the rebound by
-//! the loads and δ that by the identified direction. Without noise of the sensor the residuals are not noise,
-//! and w is 0.
+//! with r the residuals, n' the sum of their squares that noise may leave (in units of σ²), σ the noise of a load, ς the standard
+//! deviation of the restitution from the noise of the loads and δ that from the identified direction. Without noise of the sensor
+//! the residuals are not noise, and w is 0.
 
 use super::V6;
 use super::contact_estimator::{
@@ -27,19 +26,19 @@ use nalgebra::ComplexField;
 
 /// What all loads of a contact say about its restitution.
 pub(super) struct RestitutionEstimate {
-    /// e, with a damping that is there only if it is likely.
+    /// e, with the damping weighted by its probability.
     restitution: f64,
-    /// δ V: standard deviation of the velocity after it, by that of the contact's direction, m/s.
+    /// δ V: standard deviation of the rebound velocity that follows from that of the contact's direction, m/s.
     sigma_m_s: f64,
-    /// How much of the residuals is noise.
+    /// Fraction of the squared residuals that noise explains.
     noise_share: f64,
-    /// The contact passes for an undamped one, and with the damping that noise hides it would give back less.
+    /// The contact counts as undamped, but with the largest damping that noise may hide it would give back less.
     pub(super) hides_damping: bool,
 }
 
 impl RestitutionEstimate {
-    /// From velocities of the axes before and after the contact (m/s), the number of loads, and the noise of
-    /// one along the contact (N).
+    /// From velocities of the axes before and after the contact (m/s), the number of loads, and the noise of a load along the
+    /// contact (N).
     pub(super) fn new(
         information: &Information,
         estimate: &Estimate,
@@ -58,7 +57,7 @@ impl RestitutionEstimate {
         let contact = with(damping * presence);
         let in_noise = ComplexField::sqrt(prior.noise_variance(units, noise, estimate.stiffness));
         let unseen = with(DAMPING_SEEN * in_noise).restitution;
-        // e a·V + a·v changes with a, but not with its length, which makes a·d 1.
+        // e a·V + a·v depends on the direction of a, but not on its length, which a·d = 1 fixes.
         let sum = after + before * contact.restitution;
         let mut weights = Unknowns::zeros();
         let turned = sum - estimate.push * gradient.dot(&sum);
@@ -75,7 +74,8 @@ impl RestitutionEstimate {
         }
     }
 
-    /// What the velocity after a contact lacks of its rebound, as far as it is noise, m/s.
+    /// The correction of the velocity after a contact towards the identified rebound, as far as noise explains the difference,
+    /// m/s.
     pub(super) fn hidden(&self, contact: &Outcome) -> f64 {
         let missing = -self.restitution * contact.closing - contact.after;
         let deviation = contact.noise * contact.closing;
@@ -89,7 +89,7 @@ impl RestitutionEstimate {
     }
 }
 
-/// Probability that there is a damping, which is found z standard deviations (z² given) from none.
+/// Probability that there is a damping if its estimate is z standard deviations from zero; `squared` is z².
 fn presence(squared: f64) -> f64 {
     1.0 / (1.0 + UNDAMPED_ODDS * ComplexField::exp(-0.5 * squared))
 }
@@ -116,7 +116,7 @@ mod tests {
 
     #[test]
     fn what_noise_does_not_explain_stays() {
-        // Five standard deviations; no noise; residuals that are none.
+        // Five standard deviations off; no noise; residuals that are not noise.
         assert_eq!(hidden(&ELASTIC, -0.004875, 0.005), 0.0);
         assert_eq!(hidden(&ELASTIC, -0.00499, 0.0), 0.0);
         let misfit = RestitutionEstimate {
@@ -126,7 +126,7 @@ mod tests {
         assert_eq!(hidden(&misfit, -0.00499, 0.005), 0.0);
     }
 
-    /// Two findings of the same doubt each count half.
+    /// Two estimates of the same variance count half each.
     #[test]
     fn an_uncertain_direction_counts_less() {
         let doubtful = RestitutionEstimate {
@@ -142,7 +142,7 @@ mod tests {
         assert!(presence(25.0) > 0.99 && presence(100.0) > 0.999_999);
     }
 
-    /// By the velocity after a contact at 5 mm/s, m/s, and the noise of the restitution.
+    /// The correction for this velocity after a contact at 5 mm/s, m/s, and this noise of the restitution.
     fn hidden(estimate: &RestitutionEstimate, after: f64, noise: f64) -> f64 {
         estimate.hidden(&Outcome {
             closing: 0.005,
@@ -164,7 +164,7 @@ mod tests {
     }
 
     impl Case {
-        /// With an error of this size (N) in its loads, and the noise of a load (N) that is expected.
+        /// With an error of this size (N) in its loads, and an expected noise of a load (N).
         fn new(damping: f64, error: f64, noise: f64) -> Self {
             let prior = Prior::new((2e5, noise, 0.0), 0.0, direction());
             let mut information = Information::new(V6::zeros());
@@ -184,7 +184,7 @@ mod tests {
             }
         }
 
-        /// What it says of the restitution if that is the noise (N) of so many loads.
+        /// The estimate of the restitution for this noise (N) and number of loads.
         fn restitution(&self, loads: f64, noise: f64) -> RestitutionEstimate {
             let velocities = (&self.before, &self.after);
             let (known, estimate) = (&self.information, &self.estimate);
@@ -196,7 +196,7 @@ mod tests {
             self.information.normal_equations(&self.prior, closing)
         }
 
-        /// Standard deviation of a damping by that of a load, and the damping that fits best.
+        /// Standard deviation of a damping per that of a load, and the damping that fits best.
         fn damping(&self) -> (f64, f64) {
             let (factor, target) = self.factor();
             let variance = covariance_of_damping(&factor)[DAMPING];
@@ -209,7 +209,7 @@ mod tests {
         }
     }
 
-    /// The noise of a load with which it is as much as a contact of that damping says.
+    /// The fixed point of a noise of the loads and the value that `of` gives for a contact with this damping and noise.
     fn noise(damping: f64, first: f64, of: impl Fn(&Case) -> f64) -> f64 {
         (0..20).fold(first, |noise, _| of(&Case::new(damping, 0.0, noise)))
     }
@@ -219,8 +219,8 @@ mod tests {
         assert!((found - expected).abs() < most, "{found} {expected}");
     }
 
-    /// Of e a·V + a·v when the direction a varies as the loads leave it open, with a·d = 1: by its derivative in each of the six
-    /// numbers that it is made of.
+    /// The standard deviation of e a·V + a·v when the direction a varies within its covariance, with a·d = 1: by its derivative
+    /// with respect to each of the six components.
     #[test]
     fn the_doubt_of_the_rebound_is_that_of_the_contacts_direction() {
         let case = Case::new(2000.0, 0.5, 0.5);
@@ -241,8 +241,8 @@ mod tests {
         assert_within(found.sigma_m_s / expected, 1.0, 1e-3);
     }
 
-    /// As much of the squares as 36 loads less three unknowns may leave, and three standard deviations more. Of two loads three
-    /// unknowns leave nothing, but for chance.
+    /// Up to the sum of squares of 36 loads less three unknowns, plus three standard deviations. Two loads with three unknowns
+    /// leave nothing but that margin.
     #[test]
     fn residuals_are_noise_as_far_as_noise_makes_so_many() {
         let many: f64 = 33.0 + 3.0 * 72.0_f64.sqrt();
@@ -260,8 +260,8 @@ mod tests {
         }
     }
 
-    /// A damping that the loads show is there, with its restitution; one that they do not is none, and is hidden if noise may hide
-    /// as much as would slow the rebound.
+    /// A damping that the loads show counts, with its restitution; one that they do not show counts as zero, and is reported as
+    /// hidden if noise may hide as much as would slow the rebound.
     #[test]
     fn a_contact_is_damped_as_far_as_its_loads_show_it() {
         for (damping, noise, hides) in [
@@ -277,7 +277,7 @@ mod tests {
         }
     }
 
-    /// Four standard deviations from none it is there with a probability of 3/4.
+    /// At four standard deviations from zero the probability of a damping is 3/4.
     #[test]
     fn a_damping_counts_as_far_as_it_is_likely() {
         for (deviations, likely) in [(4.0, 0.7488), (3.5, 0.3140), (3.0, 0.0826)] {

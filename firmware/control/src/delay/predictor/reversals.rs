@@ -1,8 +1,8 @@
 //! Which axes have reversed in a contact: each may do so once, because each reversal costs the robot a pause.
 //!
-//! An axis may reverse when the reference does, half a pause and a delay ahead, or when impulse matching asks
-//! for a clear retreat; then it stays reversed until the contact is over. Noise around zero, or the
-//! first estimate of a contact, would otherwise make the robot stand still twice.
+//! An axis may reverse when the reference does, half a pause and a delay ahead, or when impulse matching asks for a clear
+//! retreat; then it stays reversed until the contact is over. Otherwise noise around zero, or the first estimate of a contact,
+//! would make the robot stand still twice.
 
 use super::V6;
 use super::reference::{Deviation, Reference};
@@ -19,8 +19,8 @@ pub(super) struct Reversals {
 }
 
 impl Reversals {
-    /// The command with no more than one reversal, `since` cycles after the onset and with the
-    /// reference as it will be when the robot answers, at the soonest; `sure` if that time is known.
+    /// The command with at most one reversal per axis, `since` cycles after the onset. `then` is the deviation of the reference
+    /// at the earliest time at which the robot responds; `sure` tells whether that time is known.
     pub(super) fn allow(
         &mut self,
         command: &V6,
@@ -67,8 +67,8 @@ impl Reversals {
     }
 }
 
-/// For a damped contact: no axis reverses that goes on in its direction afterwards. It would pause twice
-/// for a retreat that the others can make.
+/// For a damped contact: an axis that keeps its direction after the contact does not reverse in it. It would pause twice for a
+/// retreat that the other axes can make.
 fn onward(command: &V6, reference: &Reference) -> V6 {
     let before = reference.velocity;
     let after = before - reference.push * ((1.0 + reference.restitution()) * reference.closing);
@@ -90,8 +90,8 @@ mod tests {
     use crate::delay::predictor::kelvin_voigt::KelvinVoigt;
     use crate::delay::spacecraft::CYCLE_S;
 
-    /// Into a spring of 21 rad/s with this damping ratio, 37 cycles long if it has none: an axis in it, one out of it, and one
-    /// with less than its share of the motion. `speed` in m/s.
+    /// Into a contact of 21 rad/s with this damping ratio, 37 cycles long if it is undamped: an axis that moves forward, one that
+    /// moves backward, and one with less than its share of the motion. `speed` in m/s.
     fn reference(speed: f64, zeta: f64) -> Reference {
         spring_at(speed, 21.0, zeta)
     }
@@ -107,7 +107,7 @@ mod tests {
         reference
     }
 
-    /// The reference has lost this part of its velocity.
+    /// The deviation by which the reference has lost this part of its velocity.
     fn lost(reference: &Reference, part: f64) -> Deviation {
         Deviation {
             displacement: 0.0,
@@ -115,7 +115,7 @@ mod tests {
         }
     }
 
-    /// A command by parts of the velocity of each axis.
+    /// A command in parts of the velocity of each axis.
     fn parts(reference: &Reference, x: f64, y: f64, z: f64) -> V6 {
         reference
             .velocity
@@ -127,7 +127,7 @@ mod tests {
         assert!(apart < 1e-12, "{allowed} {expected}");
     }
 
-    /// At 50 mm/s by the axis's own velocity, at 1 mm/s by the last digit of a correction.
+    /// The slowest command is given by the axis's own velocity at 50 mm/s, by the last digit of a correction at 1 mm/s.
     #[test]
     fn an_axis_goes_on_until_the_reference_turns_and_then_never_again() {
         for (speed, [x, y]) in [
@@ -189,7 +189,7 @@ mod tests {
             let mut reversals = Reversals::default();
             let first = reversals.allow(&command, &damped, &then, (5.0, sure), CYCLE_S);
             assert_same(&first, &expected);
-            // However often it was found to be.
+            // However often the contact is found to be damped.
             reversals.allow(&command, &damped, &then, (5.5, sure), CYCLE_S);
             let undamped = reference(0.05, 0.0);
             let later = reversals.allow(&command, &undamped, &then, (6.0, sure), CYCLE_S);

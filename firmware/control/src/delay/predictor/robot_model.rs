@@ -1,5 +1,5 @@
-//! The robot model: where the commands that are sent bring the six axes, each a [`LinearDynamics`] with a [`Pause`] at its
-//! reversals behind it.
+//! The robot model: the positions of the six axes that follow from the commands. Each axis is a [`LinearDynamics`] followed by a
+//! [`Pause`] at its reversals.
 
 use super::V6;
 use super::command_history::CommandHistory;
@@ -17,7 +17,7 @@ pub(super) struct RobotModel {
 }
 
 impl RobotModel {
-    /// What is believed of the robot; `latency` cycles of the reported pose stand behind it.
+    /// From the settings of the robot; `latency` cycles of the reported pose are added to the dead time.
     pub(super) fn new(actuator: &ActuatorSettings, cycle_s: f64, latency: f64) -> Self {
         Self {
             linear: LinearDynamics::new(actuator, cycle_s, latency),
@@ -26,13 +26,13 @@ impl RobotModel {
         }
     }
 
-    /// Delay from a command to its execution, in the time of the force, for a latency of the pose; cycles.
+    /// Delay from a command to its execution relative to the time of the force, for a latency of the pose; cycles.
     pub(super) fn execution_delay(&self, latency: usize) -> f64 {
         (self.linear.mean_delay - latency as f64).max(0.0)
     }
 }
 
-/// What an axis has in it besides position and velocity.
+/// State of an axis besides position and velocity.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct AxisState {
     state: [f64; 3],
@@ -40,8 +40,8 @@ pub(super) struct AxisState {
 }
 
 impl AxisState {
-    /// Executes a cycle with the command of its first part and that of the rest: its displacement (m) and the velocity at
-    /// its end (m/s).
+    /// Executes a cycle with the command of its first part and that of the rest. Returns the displacement (m) and the velocity at
+    /// the end (m/s).
     #[inline]
     pub(super) fn step(&mut self, model: &RobotModel, older: f64, newer: f64) -> (f64, f64) {
         let first = model.linear.first_segment(older);
@@ -80,12 +80,12 @@ pub(super) struct RobotState {
 }
 
 impl RobotState {
-    /// Whether an axis came out of a pause within the last cycle: its velocity is not that of the cycle.
+    /// Whether an axis ended a pause within the last cycle: its velocity is then not that of the whole cycle.
     pub(super) fn resumed(&self) -> bool {
         self.axes.iter().any(|axis| axis.pause.ended)
     }
 
-    /// Executes the cycle of that number with the commands that were sent.
+    /// Executes cycle number `cycle` with the commands that were sent.
     pub(super) fn step_sent(
         &mut self,
         model: &RobotModel,
@@ -115,8 +115,8 @@ impl RobotState {
         }
     }
 
-    /// Whether no axis turns, stands or starts with these commands: nearly all cycles, which all axes together execute at a
-    /// fraction of the instructions.
+    /// Whether no axis reverses, pauses or starts with these commands. That holds in nearly all cycles, in which all axes
+    /// together take a fraction of the instructions.
     #[inline]
     fn goes_on(&self, model: &RobotModel, older: &V6, newer: &V6) -> bool {
         let begins = model.linear.fraction > 0.0;
@@ -150,7 +150,7 @@ mod tests {
         settings
     }
 
-    /// Moves like the plant, to this distance (m), over a motion with reversals.
+    /// Asserts that the model moves like the plant, within this distance (m), over a motion with reversals.
     fn assert_alike(actuator: Actuator, bound: f64) {
         let model = RobotModel::new(&believed(&actuator), CYCLE_S, 0.0);
         let mut plant = Plant::new(&PlantSettings {
@@ -173,8 +173,8 @@ mod tests {
         }
     }
 
-    /// The model is where a plant is that shares no code with it: five structures, whole and broken
-    /// delays, with and without a pause. 1 µm is 0.02 % of the motion.
+    /// The model has the position of a plant that shares no code with it: five structures, whole and fractional delays, with and
+    /// without a pause. 1 µm is 0.02 % of the motion.
     #[test]
     fn it_moves_as_the_robot_does() {
         let ideal = Actuator::ideal();
@@ -201,7 +201,7 @@ mod tests {
             }
         }
     }
-    /// In every bit, whatever the robot and wherever its axes turn, rest and start; from rest, and from the last cycle before one.
+    /// In every bit, for every robot, and wherever axes reverse, rest and start; from rest, and from any cycle on.
     #[test]
     fn all_axes_at_once_move_as_each_does() {
         let command = |n: usize, axis: usize| {
@@ -227,7 +227,7 @@ mod tests {
                         each.position[i] += displacement;
                         each.velocity[i] = velocity;
                     }
-                    // Its text has all digits.
+                    // The debug text shows all digits.
                     assert_eq!(format!("{at_once:?}"), format!("{each:?}"), "{n}");
                 }
             }
@@ -235,8 +235,8 @@ mod tests {
         assert!(went_on > 100 && turned > 100, "{went_on} {turned}");
     }
 
-    /// A pure dead time whose command turns in cycle 10: it goes on until then and a dead time, stands for the pause, and goes
-    /// back. `again`: it turns once more a cycle later, in the pause, and goes on without another one.
+    /// A pure dead time whose command reverses in cycle 10: the axis goes on for a dead time, pauses, and goes back. `again`: the
+    /// command reverses once more a cycle later, within the pause, and the axis goes on without another pause.
     #[test]
     fn an_axis_that_turns_stands_still_for_its_pause() {
         for (delay, pause) in [
@@ -249,7 +249,7 @@ mod tests {
             (2.75, 1.0),
             (1.1, 2.9),
             (1.1, 0.0),
-            // What is left of a delay that was changed to and fro.
+            // Rounding that is left of a delay that was changed to and fro.
             (2.0 + 1e-14, 3.0),
         ] {
             for again in [false, true] {
@@ -285,7 +285,7 @@ mod tests {
         }
     }
 
-    /// Seen by a pose that is three cycles old.
+    /// With a pose that is three cycles old.
     #[test]
     fn the_delay_to_the_execution_is_that_to_the_pose_less_its_latency() {
         let model = RobotModel::new(&robot(8.0, 0.0, 0.008, 0.0), CYCLE_S, 3.0);

@@ -1,4 +1,4 @@
-//! A robot in a contact for the tests of its command, and what it will do by a second, slower way of computing.
+//! A robot in a contact for the tests of its command, and its future motion by a second, slower computation.
 
 use super::V6;
 use super::command_history::CommandHistory;
@@ -14,7 +14,7 @@ use crate::delay::actuator::ActuatorSettings;
 use crate::delay::spacecraft::CYCLE_S;
 use nalgebra::{SMatrix, SVector};
 
-/// A robot in a contact with another one's history behind it: all that a command depends on.
+/// All that a command depends on: a robot in a contact, with earlier commands that do not quite fit the reference.
 pub(super) struct Scene {
     pub(super) model: RobotModel,
     pub(super) commands: CommandHistory,
@@ -30,8 +30,8 @@ pub(super) struct Scene {
 pub(super) const CYCLE: usize = 60;
 
 impl Scene {
-    /// Into a spring and damper of 500 kg, `since` cycles after the onset, oblique to all axes; the robot has moved more or
-    /// less as it should.
+    /// Into a spring and damper with 500 kg, `since` cycles after the onset, oblique to all axes; the robot has moved
+    /// approximately as it should.
     pub(super) fn new(actuator: &ActuatorSettings, latency: usize, zeta: f64, since: f64) -> Self {
         let model = RobotModel::new(actuator, CYCLE_S, latency as f64);
         let (contact, reference) = oblique(zeta, CYCLE as f64 - since);
@@ -104,14 +104,14 @@ impl Scene {
         })
     }
 
-    /// Velocity of the reference in a cycle that many from now, when the robot executes what it is told then.
+    /// Velocity of the reference at the time at which the robot executes the command of `ahead` cycles from now.
     pub(super) fn base(&self, ahead: usize) -> V6 {
         let executed = CYCLE as f64 + self.model.execution_delay(self.latency) + ahead as f64;
         let at = |cycle: f64| self.reference.position_at(cycle, CYCLE_S);
         (at(executed + 1.0) - at(executed)) / CYCLE_S
     }
 
-    /// Where the robot will be over the horizon with these commands more than those of the reference.
+    /// Positions of the robot over the horizon if these commands are added to those of the reference.
     pub(super) fn positions(&self, more: &[V6]) -> Vec<V6> {
         let (mut commands, mut robot) = (self.commands.clone(), self.robot);
         let mut positions = Vec::new();
@@ -119,7 +119,7 @@ impl Scene {
             positions.push(robot.position);
             let sent = self.base(t) + more.get(t).copied().unwrap_or_default();
             commands.push(&sent);
-            // A robot without a dead time whose pose is late executes what is sent later still.
+            // A robot without a dead time, with a late pose, executes even commands that are sent later.
             let mut later = commands.clone();
             for n in 1..=self.latency {
                 later.push(&self.base(t + n));
@@ -129,7 +129,7 @@ impl Scene {
         positions
     }
 
-    /// The moves that track the reference with the least ‖r − x‖² + ρ ‖U‖², by a dense orthogonal decomposition.
+    /// The moves that track the reference with the least ‖r − x‖² + ρ ‖U‖², by a dense QR decomposition.
     pub(super) fn moves(&self) -> Vec<V6> {
         const ROWS: usize = PREDICTION_HORIZON + 1 + CONTROL_HORIZON;
         let free = self.positions(&[]);
@@ -162,7 +162,7 @@ impl Scene {
     }
 }
 
-/// A contact of 500 kg along a direction oblique to all axes, from a cycle on: a · d is 1.
+/// A contact with 500 kg along a direction oblique to all axes, that begins at a cycle: a · d is 1.
 pub(super) fn oblique(zeta: f64, onset: f64) -> (Estimate, Reference) {
     let (mass, omega) = (500.0, 21.0);
     let mut contact = Estimate::exact(mass * omega * omega, 2.0 * zeta * mass * omega, mass);
@@ -177,7 +177,7 @@ pub(super) fn oblique(zeta: f64, onset: f64) -> (Estimate, Reference) {
     (contact, reference)
 }
 
-/// A robot by its dead time and pause in cycles, lag and servo.
+/// A robot given by dead time and pause in cycles, lag and servo.
 pub(super) fn robot(delay: f64, pause: f64, lag_s: f64, servo_hz: f64) -> ActuatorSettings {
     ActuatorSettings {
         delay_s: delay * CYCLE_S,
@@ -188,7 +188,7 @@ pub(super) fn robot(delay: f64, pause: f64, lag_s: f64, servo_hz: f64) -> Actuat
     }
 }
 
-/// Whole and broken dead times, none, a lag and a servo, none of them with a pause.
+/// Dead times: whole, fractional and none; a lag and a servo; all without a pause.
 pub(super) fn robots() -> [ActuatorSettings; 5] {
     [
         robot(8.0, 0.0, 0.0, 0.0),

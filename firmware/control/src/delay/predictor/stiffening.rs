@@ -4,8 +4,8 @@
 //! λ = b + k s + q s²        s: way into the contact since the first load
 //! ```
 //!
-//! by least squares, beside the contact estimator, whose spring is straight. Impulse matching takes it where it leaves less than
-//! half of what the spring leaves (rms), and that is more than the error that is expected of a load.
+//! by least squares, beside the contact estimator, whose spring is linear. Impulse matching uses the parabola where it leaves
+//! less than half of the spring's residual (rms), and that residual exceeds the expected error of a load.
 
 use super::contact_estimator::Estimate;
 use super::least_squares::Ldlt;
@@ -27,7 +27,7 @@ pub(super) struct Stiffening {
 /// Load over depth: k δ + q δ².
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Curve {
-    /// Depth at which the estimator's spring is free, where the parabola is, m.
+    /// Position of the surface, m: δ counts from here. The parabola is zero here, or has its vertex if it never is.
     pub(super) surface: f64,
     /// k, N/m, and q, N/m².
     pub(super) stiffness: f64,
@@ -35,7 +35,7 @@ pub(super) struct Curve {
 }
 
 impl Stiffening {
-    /// A load (N) at a way into the contact (m).
+    /// Adds a load (N) at a displacement into the contact (m).
     pub(super) fn add(&mut self, way: f64, load: f64) {
         let mut power = 1.0;
         for (n, sum) in self.powers.iter_mut().enumerate() {
@@ -48,7 +48,8 @@ impl Stiffening {
         self.load_squared += load * load;
     }
 
-    /// The parabola, if it is one; `origin` is the depth at the way 0, `sigma` the error that is expected of a load, N.
+    /// The parabola; `None` if a linear spring does. `origin` is the position of the first load along the contact, m, `sigma` the
+    /// expected error of a load, N.
     pub(super) fn curve(&self, estimate: &Estimate, origin: f64, sigma: f64) -> Option<Curve> {
         let count = self.powers[0];
         if count < STIFFENING_LOADS
@@ -83,7 +84,7 @@ impl Stiffening {
             unknowns[1] / scale,
             unknowns[2] / (scale * scale),
         );
-        // The way at which the load is zero; the vertex if it never is.
+        // Displacement at which the load is zero; the vertex if it never is.
         let root = k * k - 4.0 * q * b;
         let way = if root > 0.0 {
             2.0 * b / (-k - ComplexField::sqrt(root))
@@ -103,26 +104,26 @@ impl Stiffening {
 mod tests {
     use super::*;
 
-    /// Error that is expected of a load, N, and depth at the way 0, m.
+    /// Expected error of a load, N, and the position of the first load, m.
     const SIGMA: f64 = 0.1;
     const ORIGIN: f64 = 0.3;
     const LOADS: usize = 12;
 
     /// b, k and q: N, N/m, N/m².
     type Parabola = [f64; 3];
-    /// One that hardens from 220 to 820 N/mm over the ways below.
+    /// A contact that hardens from 220 to 820 N/mm over the displacements below.
     const HARDENING: Parabola = [20.0, 220_500.0, 3e8];
 
     fn load([b, k, q]: Parabola, way: f64) -> f64 {
         b + (k + q * way) * way
     }
 
-    /// Ways of 0 to 1 mm.
+    /// Displacements of 0 to 1 mm.
     fn way(n: usize, loads: usize) -> f64 {
         1e-3 * n as f64 / (loads - 1) as f64
     }
 
-    /// Loads on a parabola, and beside it by a cubic of this size (rms, N), of which no parabola can take a part.
+    /// Loads on a parabola, plus a cubic of this size (rms, N) that is orthogonal to any parabola.
     fn loads(parabola: Parabola, loads: usize, beside: f64) -> Stiffening {
         let middle = 0.5 * (loads - 1) as f64;
         let powers = |n: i32| -> f64 { (0..loads).map(|i| (i as f64 - middle).powi(n)).sum() };
@@ -141,7 +142,7 @@ mod tests {
         stiffening
     }
 
-    /// The spring beside them, with what it leaves: rms, N, and as a part of the load.
+    /// The estimate of a linear spring, with its residual: rms, N, and as a fraction of the load.
     fn spring(error: f64, misfit: f64) -> Estimate {
         let mut spring = Estimate::exact(220_500.0, 0.0, 500.0);
         (spring.error, spring.misfit) = (error, misfit);
@@ -171,7 +172,7 @@ mod tests {
         }
     }
 
-    /// Its vertex at −0.05 mm is 7.5 N: there the spring is taken to be free.
+    /// At its vertex, −0.05 mm, the load is 7.5 N: that is taken as the surface.
     #[test]
     fn a_parabola_that_is_never_zero_is_free_at_its_vertex() {
         let loads = loads([10.0, 1e5, 1e9], LOADS, 0.0);
@@ -217,7 +218,7 @@ mod tests {
         }
     }
 
-    /// What the spring leaves of them is beside the parabola as well.
+    /// The parabola leaves as much as the spring does.
     #[test]
     fn a_spring_with_loads_beside_it_is_not_taken_for_a_parabola() {
         let straight = [20.0, 220_500.0, 0.0];

@@ -21,7 +21,7 @@ fn observer(docking: &Docking) -> &Observer {
     predictor(docking).observer.as_ref().unwrap()
 }
 
-/// 36 cycles before it is felt: the horizon less the moves that there are to make.
+/// 36 cycles before its load is measured: the prediction horizon less the control horizon.
 #[test]
 fn a_contact_that_is_remembered_is_expected_before_it_is_felt() {
     let plant = between_walls(robot(), 0.0, Measurement::default());
@@ -56,7 +56,7 @@ fn a_law_that_is_restarted_knows_nothing_of_the_robot() {
     assert_eq!(docking.status.confidence, ConfidenceLevel::Unverified);
 }
 
-/// What is found out about a contact: stiffness and damping to a part, N/m and N·s/m.
+/// Asserts the identified stiffness and damping (N/m, N·s/m) to a fraction.
 fn assert_found(docking: &Docking, damping: f64, part: f64) {
     let status = docking.status;
     assert!(
@@ -68,7 +68,7 @@ fn assert_found(docking: &Docking, damping: f64, part: f64) {
     assert_eq!(status.confidence, ConfidenceLevel::Verified);
 }
 
-/// The robot is 32 ms late; without a law it would gain a half in each.
+/// The robot is 32 ms late; without a law each contact would add half of the speed.
 #[test]
 fn elastic_contacts_give_back_the_speed_that_came() {
     let plant = between_walls(robot(), 0.0, Measurement::default());
@@ -83,7 +83,7 @@ fn elastic_contacts_give_back_the_speed_that_came() {
             (docking.status.delay_s, docking.status.latency_cycles),
             (0.032, 0)
         );
-        // The first time at each of the two walls it is not known.
+        // A wall is remembered only after its first contact.
         assert_eq!(docking.seen.has(LawFlags::MEMORY), n >= 2);
         let others = docking.seen.without(LawFlags::MEMORY);
         assert_eq!(others, LawFlags::CONTACT, "{n}");
@@ -110,7 +110,7 @@ fn damped_contacts_give_back_what_the_damper_leaves() {
     }
 }
 
-/// The robot's delay is known to a hundredth of a cycle then.
+/// By then the robot's delay is known to a hundredth of a cycle.
 #[test]
 fn a_damping_is_found_in_noise() {
     let noise = Measurement {
@@ -147,7 +147,7 @@ fn noise_neither_opens_contacts_nor_adds_speed() {
     }
 }
 
-/// Two cycles older than the force.
+/// The pose is two cycles older than the force.
 #[test]
 fn the_age_of_the_pose_is_found_in_the_first_contact() {
     let late = Measurement {
@@ -186,7 +186,7 @@ fn a_robot_that_is_later_than_believed_is_noticed_on_the_approach() {
     }
 }
 
-/// After 1 mm, in 0.26 s of the 0.35 s of an approach: what comes back from the wall is not fitted as if it still came.
+/// The wall is 1 mm away, reached in 0.26 s of the 0.35 s of an approach: the motion back from it must not be fitted as approach.
 #[test]
 fn a_contact_before_the_approach_is_over_ends_it() {
     let near = PlantSettings {
@@ -219,7 +219,7 @@ fn a_delay_that_changes_is_followed_from_contact_to_contact() {
     };
     let plant = between_walls(actuator, 0.0, Measurement::default());
     let mut docking = Docking::new(&believed(LawName::Predictor, &robot()), &plant, 0.005);
-    // Each shows some more of what is left.
+    // Each contact corrects a part of the remaining error.
     let mut left = 0.008;
     for _ in 0..4 {
         docking.bounce();
@@ -247,7 +247,7 @@ fn a_robot_that_is_none_of_those_believed_does_not_get_into_a_contact() {
         docking.run(150);
         let fault = docking.fault.expect("a fault");
         assert!(fault.received > fault.expected && fault.received == docking.status.misfit);
-        // Of the displacement in a delay, and what noise adds to it.
+        // The limit, relative to the displacement in a delay, plus that of noise.
         let law = predictor(&docking);
         let model = &law.supervisor.model;
         let displacement = 0.005 * model.linear.mean_delay * model.cycle_s;
@@ -265,7 +265,7 @@ fn a_robot_that_is_none_of_those_believed_does_not_get_into_a_contact() {
     }
 }
 
-/// By half a cycle, and beside noise that hides as much of a misfit.
+/// Beyond by half a cycle; also with noise that allows as much misfit.
 #[test]
 fn a_robot_just_beyond_the_range_of_the_delay_is_refused_with_a_misfit_above_the_limit() {
     for position_noise_m in [0.0, 5e-6] {
@@ -287,7 +287,7 @@ fn a_robot_just_beyond_the_range_of_the_delay_is_refused_with_a_misfit_above_the
     }
 }
 
-/// Pushed from behind by 5 N, and by less than is significant.
+/// A push from behind by 5 N, and loads that are not significant.
 #[test]
 fn a_load_that_is_no_contact_moves_nothing() {
     for (force, spurious) in [(5.0, true), (0.005, false), (-0.005, false)] {
@@ -334,7 +334,7 @@ fn a_contact_that_is_not_understood_is_kept_passive_and_the_next_led_by_the_fall
             // A robot that is led by the model's acceleration alone comes back too fast.
             let speed = if guard { 1.0..=1.0 } else { 1.005..=1.5 };
             assert!(speed.contains(&restitution), "{guard} {n}: {restitution}");
-            // It was not where the model is; from now on the model is where it is.
+            // The robot was not at the model's position; from now on the model is at the robot's.
             let observer = observer(&docking);
             let apart = observer.model - observer.robot.position;
             assert!(n == 0 || apart[0].abs() < 2e-4, "{n}: {apart}");

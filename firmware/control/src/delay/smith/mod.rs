@@ -1,5 +1,5 @@
-//! Model-assisted Smith predictor: a model of the contact answers at once, and what it says too
-//! much or too little is made up for when the late robot has shown it.
+//! Model-assisted Smith predictor: a model of the contact responds at once, and its error is corrected when the late robot has
+//! measured the force.
 //!
 //! ```text
 //! F = F_meas + F̂(x_model) − F̂(x_exec)
@@ -11,21 +11,20 @@
 //! feedback.
 //!
 //! Choices that the sum leaves open:
-//! - The surface is found at the onset. By then the model, which is ahead of the robot by the delay, has
-//!   flown through it: without a correction the rebound would be √(1 + φ²) too fast. The contact is
-//!   therefore integrated anew in each cycle (`replay`), from the onset, a delay earlier in the
-//!   model's time, with F̂ and with the misfit F_meas − F̂(x_exec) of every cycle since. The model
-//!   gets the velocity that results.
-//! - Stiffness and surface are identified on the samples of the contact, from the given
-//!   stiffness as a prior, or the stiffness is taken as it is given.
-//! - The model never flies more than a tenth faster than it came: a surface that was identified wrongly
-//!   must not add energy without end.
-//! - The robot is led back to where the model is with a time constant: at the onset the commands
-//!   that are sent carry it deeper.
+//! - The surface is found at the onset. By then the model, which is ahead of the robot by the delay, is already behind the
+//!   surface: without a correction the rebound would be √(1 + φ²) too fast. Each cycle therefore integrates the contact anew
+//!   (`replay`) from its onset, which lies a delay earlier in the model's time, with F̂ and with the misfit F_meas − F̂(x_exec)
+//!   of every cycle since. The model gets the velocity that results.
+//! - Stiffness and surface are identified from the samples of the contact, with the given stiffness as a prior; or the stiffness
+//!   is fixed as given.
+//! - The model never leaves more than a tenth faster than it came: a surface that was identified wrongly must not add energy
+//!   without end.
+//! - The robot is led back to the model's position with a time constant, as the commands that are already sent at the onset carry
+//!   it deeper.
 //!
-//! During the contact a part of the impulse is the model's own, F̂(x_model) − F̂(x_exec). With the
-//! right delay and a spring it comes back to nearly nothing; with a wrong delay it does not, and the
-//! rebound looks perfect all the same. `unaccounted_impulse` in the trace is that part.
+//! During the contact a part of the impulse is computed, not measured: F̂(x_model) − F̂(x_exec). With the right delay and a
+//! spring it sums to nearly zero. With a wrong delay it does not, and the rebound looks perfect all the same.
+//! `unaccounted_impulse` in the trace is that part.
 
 mod replay;
 mod spring;
@@ -37,7 +36,7 @@ use crate::frames::{Twist, Wrench};
 use crate::scalar::Scalar;
 use replay::Replay;
 
-/// Quiet cycles after which a contact is over though the model stays in it: a false start.
+/// Quiet cycles after which a contact is closed although the model is still behind the surface: it was a false start.
 const LONGEST_QUIET_CYCLES: u32 = 64;
 
 crate::described! {
@@ -67,11 +66,11 @@ pub struct Smith<S: Scalar> {
     replay: Replay<S>,
     cycle_s: f64,
     ts: S,
-    /// Cycles from the model's velocity to its execution, with the model's own half cycle.
+    /// Cycles from the model's velocity to its execution; includes the half cycle by which a mean velocity is late.
     lead: S,
-    /// Cycles of commands that the reported pose has not seen yet: whole ones, and the rest.
+    /// Cycles of commands that the reported pose does not show yet: whole cycles, and the fraction.
     pipeline: (usize, S),
-    /// Part of the distance to the model's position that a cycle makes up for, 1/s.
+    /// Rate at which the distance to the model's position is reduced, 1/s.
     catch_up_per_s: S,
     latency_cycles: u8,
 }
@@ -96,7 +95,7 @@ impl<S: Scalar> Smith<S> {
         }
     }
 
-    /// The wrench that gives the model the velocity of the contact replayed.
+    /// The wrench with which the model gets the velocity of the replayed contact.
     pub fn condition(&mut self, input: &LawInput<'_, S>) -> Wrench<S> {
         let measured = *input.wrench;
         let Some(along) = self.line.update(input) else {
@@ -120,7 +119,8 @@ impl<S: Scalar> Smith<S> {
         measured + wrench
     }
 
-    /// One cycle: the model's velocity, and in a contact what leads back to its position (part 0).
+    /// One cycle: the model's velocity, plus in a contact the velocity that leads the robot back to the model's position (part
+    /// 0).
     pub fn step(&mut self, input: &LawInput<'_, S>) -> LawOutput<S> {
         let mut output = LawOutput::of(input.model);
         output.status = self.status();
@@ -132,17 +132,17 @@ impl<S: Scalar> Smith<S> {
         output
     }
 
-    /// The push along the contact that is missing from the measured one for a velocity, m/s away
-    /// from the surface, after this cycle.
+    /// The wrench along the contact that has to be added to the measured one, so that the model has a velocity of `wanted` (m/s,
+    /// away from the surface) after this cycle.
     fn added(&self, along: &Along<S>, wanted: S) -> Wrench<S> {
         let answer = saturated(along.load * along.mobility, 1e5) * self.ts;
         let missing = wanted - along.velocity - answer;
-        // Two quotients: their product might vanish in fixed point.
+        // Two divisions, as the product of the divisors might vanish in fixed point.
         let force = saturated(missing / self.ts, 1e4) / along.mobility.max(S::of(1e-4));
         self.line.wrench(saturated(force, 1e6))
     }
 
-    /// Velocity along the contact towards the model's position, m/s away from the surface.
+    /// Velocity along the contact that leads the robot to the model's position, m/s, positive away from the surface.
     fn catch_up(&self, input: &LawInput<'_, S>) -> S {
         let Some(reported) = self.replay.reported_depth() else {
             return S::zero();
@@ -154,15 +154,15 @@ impl<S: Scalar> Smith<S> {
             .take(whole)
             .fold(S::zero(), |sum, sent| sum + along(sent));
         let oldest = newest_first().nth(whole).map_or(S::zero(), along) * rest;
-        // Away from the surface is less depth.
+        // A motion away from the surface reduces the depth.
         let commanded = reported - (sum + oldest) * self.ts * S::of(1e3);
         let missing = (self.replay.depth() - commanded) * S::of(1e-3);
         let fastest = self.replay.approach() * S::of(1e-3);
         -(missing * self.catch_up_per_s).clamp(-fastest, fastest)
     }
 
-    /// In an open contact, N along it: the part of a wrench, and what the contact model expects where the robot was last
-    /// seen.
+    /// The load of a wrench along an open contact, and the load that the contact model expects at the last reported depth, both
+    /// N. `None` without a contact, or before the surface is known.
     pub(super) fn expected(&self, wrench: &Wrench<S>) -> Option<(S, S)> {
         if !self.line.is_open() {
             return None;
@@ -198,7 +198,7 @@ mod tests {
     use crate::settings::BodySettings;
     use softdock_delay_plants::{Actuator, Measurement};
 
-    /// 32 ms late, and at once where it turns.
+    /// A robot that is 32 ms late and reverses without a pause.
     fn late() -> Actuator {
         Actuator {
             pause_s: 0.0,
@@ -250,7 +250,7 @@ mod tests {
         }
     }
 
-    /// The model has the velocity of the contact that is replayed, and the robot is where that was a delay ago.
+    /// The model has the velocity of the replayed contact, and the robot is where the model was a delay ago.
     #[test]
     fn in_a_contact_the_model_is_that_of_the_replay_and_the_robot_follows_it() {
         for latency in [0, 2] {
@@ -267,7 +267,7 @@ mod tests {
                 }
             }
             assert!((40..60).contains(&(closed - opened)), "{opened} {closed}");
-            // 0.04 s are the time constant in which it is led there.
+            // It is led there with a time constant of 0.04 s.
             let moments = docking.plant.log().moments[7..].iter();
             for (n, (depth, moment)) in depths.iter().zip(moments).enumerate() {
                 let robot = moment.position[0] - 0.0045;
@@ -277,7 +277,8 @@ mod tests {
         }
     }
 
-    /// Beyond a false start the command is the model's velocity; in a contact what leads back is visible as its first part.
+    /// Without a contact the command is the model's velocity; in one the correction towards the model's position is its first
+    /// part.
     #[test]
     fn what_leads_back_is_a_part_of_the_command() {
         let mut docking = docking(0);
@@ -301,7 +302,7 @@ mod tests {
         );
     }
 
-    /// Of two of 10⁹ kg: a push moves them by 2e-9 m/s in a second and newton.
+    /// Two spacecraft of 10⁹ kg: 1 N changes the velocity by 2e-9 m/s in a second.
     #[test]
     fn what_a_push_cannot_move_feels_what_is_measured() {
         let body = BodySettings {
@@ -316,7 +317,7 @@ mod tests {
         assert!(law.line.is_open());
     }
 
-    /// In a contact that has opened, the part of the wrench along it and what the contact model has there.
+    /// In an open contact: the load of the wrench along it, and the load of the contact model.
     #[test]
     fn what_is_expected_is_the_load_where_the_robot_was_seen() {
         let mut docking = docking(0);
@@ -328,7 +329,7 @@ mod tests {
         docking.run(5);
         for _ in 0..25 {
             docking.step();
-            // What the sensor said at the beginning of the cycle is what the robot's depth then makes.
+            // The load at the beginning of the cycle is the one at the depth that the robot reports then.
             let moments = &docking.plant.log().moments;
             let seen = Wrench::of(&moments[moments.len() - 2].wrench);
             let (load, expected) = smith(&docking).expected(&seen).unwrap();
@@ -339,7 +340,7 @@ mod tests {
         }
     }
 
-    /// Whole cycles and the rest of what is on its way; no more than is kept.
+    /// The commands on their way: whole cycles and a fraction, no more than are kept.
     #[test]
     fn what_is_on_its_way_to_the_robot_counts_as_executed() {
         for (delay_s, latency, whole, rest) in [
@@ -371,7 +372,7 @@ mod tests {
         let found = law.catch_up(&input);
         assert!(expected.abs() < 0.0049);
         assert!((found - expected).abs() < 1e-6, "{found} {expected}");
-        // No faster than it came.
+        // No faster than the approach.
         let far = Twist::of(&[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         (0..64).for_each(|_| docking.spacecraft.sent.write(far));
         let fastest = law.replay.approach() * 1e-3;

@@ -1,14 +1,14 @@
-//! The contact integrated anew from its onset, with everything that is known by now. All per mass: accelerations in mm/s²,
-//! depths in mm.
+//! The contact, integrated anew from its onset in each cycle with all samples known by then. All per mass: accelerations in
+//! mm/s², depths in mm.
 
 use super::SmithSettings;
 use super::spring::Spring;
 use crate::delay::contact::{Along, saturated};
 use crate::scalar::Scalar;
 
-/// Cycles that are integrated anew; what is older stays as it was. 0.26 s at 4 ms.
+/// Cycles that are integrated anew, 0.26 s at 4 ms; the motion before them is not changed any more.
 const LOG: usize = 64;
-/// Longest time before the first sample that is integrated, cycles.
+/// Longest time from the onset to the first sample that is integrated, cycles.
 const LONGEST_HEAD: f64 = 72.0;
 /// Cycles by which the onset may lie before the first sample.
 const LONGEST_ONSET: f64 = 8.0;
@@ -17,11 +17,11 @@ const SUB_STEPS: usize = 2;
 /// Largest rebound, in approach speeds. Above 1 by more than the noise of a bounce: a bound at 1 would
 /// slow every second bounce down.
 const FASTEST_REBOUND: f64 = 1.1;
-/// Ranges of depth, mm, speed, mm/s, and push per mass, mm/s².
+/// Limits of depth, mm, speed, mm/s, and force per mass, mm/s².
 const DEEPEST_MM: f64 = 100.0;
 const FASTEST_MM_S: f64 = 1e4;
 const LARGEST_MM_S2: f64 = 1e5;
-/// Largest force that is told, N.
+/// Largest force that [`Replay::expected_n`] returns, N.
 const LARGEST_N: f64 = 1e5;
 /// Depth behind the surface, mm, and speed into it, mm/s.
 #[derive(Clone, Copy, Debug)]
@@ -30,31 +30,31 @@ struct Motion<S> {
     speed: S,
 }
 
-/// A contact and its log.
+/// A contact and its samples.
 #[derive(Clone, Debug)]
 pub(super) struct Replay<S: Scalar> {
     latency: usize,
     ts: S,
     sub_step: S,
     spring: Option<Spring<S>>,
-    /// Motion before the log, and the cycles from there to its first sample.
+    /// Motion at the beginning of the integration, and the cycles from there to the first sample that is kept.
     base: Motion<S>,
     head: S,
     lead: S,
     /// Velocity of the model at the first sample, and before the onset, mm/s.
     entry: S,
     approach: S,
-    /// Push per mass, mm/s², of each cycle.
+    /// Measured force per mass of each cycle, mm/s².
     pushes: [S; LOG],
-    /// Reported depth, mm, in the same cycle; the last `latency` are not known yet.
+    /// Reported depth of the same cycles, mm; those of the last `latency` cycles are not known yet.
     depths: [S; LOG],
     len: usize,
     known: usize,
-    /// Reported depth, mm, from the cycle of the onset.
+    /// Reported depth relative to that in the cycle of the onset, mm.
     reported: S,
     /// Cycles since the onset.
     since: usize,
-    /// Smallest push that tells of the contact, mm/s².
+    /// Smallest force per mass that is used for the fit, mm/s²: the threshold.
     least: S,
     now: Motion<S>,
     velocity: S,
@@ -93,12 +93,13 @@ impl<S: Scalar> Replay<S> {
         }
     }
 
-    /// A contact begins; `lead` is in cycles.
+    /// A contact begins. `lead` is the number of cycles from the model's velocity to its execution.
     pub(super) fn open(&mut self, settings: &SmithSettings, along: &Along<S>, lead: S) {
-        // Once per contact, and in numbers that no scalar type rounds.
+        // Once per contact, and in f64, which does not lose digits.
         let mobility = along.mobility.get();
         self.mass_kg = 1.0 / mobility;
-        // A quarter of the threshold stands for the noise; the given stiffness may be wrong by 2.
+        // Error of a depth: noise of a quarter of the threshold, divided by the stiffness, of which the given value may be wrong
+        // by a factor of 2.
         let doubt_mm = settings.threshold_n / settings.stiffness_n_per_m * 1e3 / 8.0;
         self.spring = Some(Spring::new(
             S::of(settings.stiffness_n_per_m * mobility),
@@ -118,7 +119,7 @@ impl<S: Scalar> Replay<S> {
         self.least = S::of(settings.threshold_n * mobility * 1e3);
     }
 
-    /// A cycle of the contact.
+    /// Takes in a cycle of the contact.
     pub(super) fn push(&mut self, along: &Along<S>) {
         if self.since > 0 {
             self.reported -= saturated(along.moved * S::of(1e3), DEEPEST_MM);
@@ -137,7 +138,7 @@ impl<S: Scalar> Replay<S> {
         self.since = self.since.saturating_add(1);
     }
 
-    /// Identifies the contact and integrates it up to now, and for one cycle more.
+    /// Identifies the contact, and integrates it up to now and for one cycle more.
     pub(super) fn run(&mut self) {
         let Some(mut spring) = self.spring else {
             return;
@@ -159,7 +160,7 @@ impl<S: Scalar> Replay<S> {
         } else {
             S::zero()
         };
-        // No contact gives back more than it got, whatever a wrong spring says.
+        // No contact gives back more than it got, even if the identified spring is wrong.
         let velocity = (motion.depth - self.now.depth) / self.ts;
         let fastest = self.approach * S::of(FASTEST_REBOUND);
         self.velocity = velocity.clamp(-fastest, fastest);
@@ -180,13 +181,13 @@ impl<S: Scalar> Replay<S> {
         self.approach
     }
 
-    /// Depth of the robot behind the surface by its reported pose, mm; none before the surface is known.
+    /// Depth of the robot behind the surface by its reported pose, mm; `None` before the surface is known.
     pub(super) fn reported_depth(&self) -> Option<S> {
         let surface = self.spring?.surface?;
         Some(self.reported - surface)
     }
 
-    /// F̂ where the robot was last seen, N; none before the surface is known.
+    /// F̂ at the last reported depth, N; `None` before the surface is known.
     pub(super) fn expected_n(&self) -> Option<S> {
         let last = self.known.checked_sub(1)?;
         let (depth, _, speed) = self.sample(last);
@@ -201,12 +202,12 @@ impl<S: Scalar> Replay<S> {
             .map_or(0.0, |spring| spring.stiffness.get() * self.mass_kg)
     }
 
-    /// Part of the measured push that the contact model does not explain.
+    /// Fraction of the measured force that the contact model does not explain.
     pub(super) fn misfit(&self) -> S {
         self.misfit
     }
 
-    /// Motion in the model's time of the first sample: a delay after the onset.
+    /// Motion of the model at the time of the first sample, a delay after the onset.
     fn at_first_sample(&mut self, spring: &Spring<S>) -> Motion<S> {
         if self.head > S::zero() {
             self.begin(spring);
@@ -223,14 +224,14 @@ impl<S: Scalar> Replay<S> {
         motion
     }
 
-    /// When and how fast the onset was, from the depth of the first sample that counted.
+    /// Time and speed of the onset, from the depth of the first sample.
     fn begin(&mut self, spring: &Spring<S>) {
         let first = match spring.surface {
             Some(surface) if self.known > 0 => self.depths[0] - surface,
             _ => self.pushes[0] / spring.stiffness,
         };
-        // Samples below the threshold have slowed the model already: κ Ts times the sum of their
-        // depths, which are a cycle's displacement apart.
+        // Loads below the threshold have slowed the model already: by κ Ts times the sum of their depths, which are a cycle's
+        // displacement apart.
         let before = first - self.entry * self.ts;
         self.approach = self.entry;
         if before > S::zero() && first < self.entry * self.ts * S::of(LONGEST_ONSET) {
@@ -253,7 +254,7 @@ impl<S: Scalar> Replay<S> {
         }
     }
 
-    /// (reported depth, push, speed) of a cycle whose depth is known.
+    /// (reported depth, force per mass, speed) of a cycle whose depth is known.
     fn sample(&self, i: usize) -> (S, S, S) {
         let speed = match i {
             0 => self.approach,
@@ -265,7 +266,7 @@ impl<S: Scalar> Replay<S> {
         (self.depths[i], self.pushes[i], speed)
     }
 
-    /// F_meas − F̂(x_exec) of a cycle, per mass; 0 while it is not known.
+    /// F_meas − F̂(x_exec) of a cycle, per mass; 0 while its depth or the surface is not known.
     fn residual(&self, i: usize, spring: &Spring<S>) -> S {
         let Some(surface) = spring.surface.filter(|_| i < self.known) else {
             return S::zero();
@@ -274,7 +275,7 @@ impl<S: Scalar> Replay<S> {
         push - spring.push(depth - surface, speed)
     }
 
-    /// A cycle under F̂ of the motion's own depth and a further push (leapfrog).
+    /// Integrates a cycle under F̂ at the motion's own depth plus a `further` force per mass (leapfrog).
     fn cycle(&self, from: Motion<S>, spring: &Spring<S>, further: S, sub_step: S) -> Motion<S> {
         let half = sub_step * S::of(0.5);
         let mut motion = from;
@@ -288,7 +289,7 @@ impl<S: Scalar> Replay<S> {
         motion
     }
 
-    /// Integrates the oldest cycle for good.
+    /// Integrates the oldest cycle for the last time and drops its sample.
     fn forget_oldest(&mut self) {
         if let Some(spring) = self.spring {
             let start = self.at_first_sample(&spring);
@@ -322,9 +323,9 @@ mod tests {
         zeta: f64,
         /// Cycles from the onset to the first sample.
         phase: f64,
-        /// Velocity of the model then, m/s.
+        /// Velocity of the model at the first sample, m/s.
         entry: f64,
-        /// Its loads on the way out, by those of the spring and damper.
+        /// Loads on the way out, relative to those of the spring and damper.
         way_out: f64,
     }
 
@@ -362,7 +363,8 @@ mod tests {
             }
         }
 
-        /// A robot that executes it as late as believed, seen by a pose that is `latency` cycles old; asks after each cycle.
+        /// A robot that executes the bounce with the believed delay, seen by a pose that is `latency` cycles old; calls the check
+        /// after each cycle.
         fn follow(
             &self,
             settings: &SmithSettings,
@@ -406,14 +408,14 @@ mod tests {
         ]
     }
 
-    /// Also where it lasts longer than what is remembered of it: 64 cycles.
+    /// This holds also for a contact that lasts longer than the 64 cycles that are kept.
     #[test]
     fn the_model_moves_as_the_contact_will_a_delay_later() {
         for bounce in bounces() {
             for latency in [0, 3] {
                 let settings = bounce.settings(1.0, false);
                 bounce.follow(&settings, latency, 90, |n, replay| {
-                    // Before the surface is known it is taken from the first load, of which a damper may be a part.
+                    // Before the surface is known, the depth is taken from the first load, of which a damper may make a part.
                     if n <= latency + 2 && bounce.zeta > 0.0 {
                         return;
                     }
@@ -442,7 +444,7 @@ mod tests {
         }
     }
 
-    /// Where the robot was when the pose was true, and the load there.
+    /// The depth at the time of the reported pose, and the load there.
     #[test]
     fn the_robots_depth_is_that_of_its_reported_pose() {
         for latency in [0, 3] {
@@ -469,7 +471,7 @@ mod tests {
         }
     }
 
-    /// From half of it and from twice as much.
+    /// Starting from half and from twice the true stiffness.
     #[test]
     fn a_stiffness_that_is_not_known_is_found() {
         for error in [0.5, 2.0] {
@@ -484,12 +486,13 @@ mod tests {
         }
     }
 
-    /// Before the first sample of a threshold far above the noise the model was slowed already: by a quarter of its speed at most.
+    /// Before the first sample above a threshold far above the noise, the model has been slowed already: by a quarter of its
+    /// speed at most.
     #[test]
     fn the_approach_is_what_it_was_before_loads_too_small_to_count() {
         for (late, tolerance) in [(3.6, 2e-3), (1.4, 1e-3), (6.5, 1e-2)] {
             let mut bounce = Bounce::new(21.0, 0.0, late);
-            // It has felt the loads of the cycles before.
+            // The model has felt the loads of the cycles before.
             let felt = (1..8).map(|n| bounce.load(late - f64::from(n)));
             bounce.entry -= felt.sum::<f64>() * CYCLE_S / MASS;
             let mut approach = 0.0;
@@ -503,7 +506,7 @@ mod tests {
         }
     }
 
-    /// Of loads that are twice as large when it leaves: 1.1 of the approach.
+    /// With loads that are twice as large on the way out, it leaves at 1.1 times the approach speed.
     #[test]
     fn the_model_does_not_leave_much_faster_than_it_came() {
         let mut bounce = bounces()[0];
@@ -515,8 +518,8 @@ mod tests {
         assert!((fastest - 1.1).abs() < 1e-9, "{fastest}");
     }
 
-    /// By the threshold over the stiffness, of which a quarter is noise and a half doubt; it tells of a contact from the
-    /// threshold on.
+    /// The weight is that of a depth of the threshold over the stiffness, with a quarter for the noise and a half for the
+    /// uncertainty of the stiffness. Loads count from the threshold on.
     #[test]
     fn a_given_stiffness_weighs_as_much_as_the_noise_of_the_sensor() {
         let settings = SmithSettings {
@@ -538,7 +541,7 @@ mod tests {
         let doubt_mm = 2.0 / 1e5 * 1e3 / 8.0;
         assert!((ridge / doubt_mm / doubt_mm - 1.0).abs() < 1e-12, "{ridge}");
         assert!((replay.least - 2.0 / MASS * 1e3).abs() < 1e-12);
-        // What leaves its range stays at its end; where it was before the contact does not count.
+        // A depth beyond its limit stays at the limit; the motion before the contact does not count.
         replay.push(&along);
         assert_eq!((replay.pushes[0], replay.reported), (LARGEST_MM_S2, 0.0));
         replay.push(&along);
@@ -550,15 +553,15 @@ mod tests {
     fn the_misfit_is_the_part_of_the_load_that_is_not_explained() {
         let bounce = bounces()[0];
         let mut last = 0.0;
-        // The surface is where the mean of the loads is explained.
+        // The surface is such that the mean of the loads is explained.
         bounce.follow(&bounce.settings(2.0 / 3.0, false), 0, 36, |_, replay| {
             last = replay.misfit()
         });
         assert!((0.1..0.2).contains(&last), "{last}");
     }
 
-    /// Of the cycles from the onset to a first sample at a depth of so many of them: by κ Ts times the depths in between the model
-    /// was slowed already, by a quarter at most; more than eight are no onset.
+    /// By the cycles from the onset to a first sample at this depth. The model was slowed already by κ Ts times the depths in
+    /// between, a quarter of its speed at most. More than eight cycles do not count as an onset.
     #[test]
     fn the_onset_is_as_old_as_the_first_depth_says() {
         let slowed = 441.0 * CYCLE_S * CYCLE_S * 2.6 * 3.6 / 2.0;

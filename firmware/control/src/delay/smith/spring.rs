@@ -117,7 +117,7 @@ mod tests {
         assert_eq!(spring.push(0.1, 0.0), 40.0);
     }
 
-    /// 1 to 10⁵/s², of the mass that the contact feels; a twentieth to twenty times of what is given.
+    /// 1 to 10⁵/s², per effective mass, and a twentieth to twenty times the given one.
     #[test]
     fn a_stiffness_stays_in_its_range() {
         let spring = |stiffness, given| {
@@ -141,7 +141,7 @@ mod tests {
         assert_eq!(Spring::<f64>::new(300.0, 1e9, 1e-6, true).damping, 1e3);
     }
 
-    /// Three samples at least; of two only the surface, and of none nothing is found.
+    /// A stiffness takes three samples at least. Two give only the surface, none give nothing.
     #[test]
     fn a_stiffness_is_identified_from_three_samples_on() {
         for (count, stiffness, surface) in [

@@ -29,7 +29,7 @@ impl Supervisor {
         if input.released {
             self.released = self.released.saturating_add(1);
         }
-        // Until the approach is known the model is where the robot is: both are in phase.
+        // Until the approach is identified, the model's position is set to that of the robot, so that both are in phase.
         if contact.is_none() && !self.has_started() {
             observer.model = robot.position + velocity * cycle_s;
             return self.output(LawOutput::of(input.model_end));
@@ -84,7 +84,7 @@ impl Supervisor {
         (reference, estimate)
     }
 
-    /// The output with a command, whose reversals and limits are noted.
+    /// The output with a command; records its reversals and whether it was limited.
     fn given<S: Scalar>(&mut self, command: &Command, map: &AxisMap) -> LawOutput<S> {
         self.reversals = command.reversals;
         if command.at_speed_limit {
@@ -96,7 +96,8 @@ impl Supervisor {
         self.output(output)
     }
 
-    /// The largest latency that the pose may have, cycles: what is known, or was beyond doubt, is not doubted again.
+    /// The largest latency that the pose may have, cycles: the believed one, if that is known or was settled in an earlier
+    /// contact.
     fn latest(&self, contact: Option<&Contact>) -> usize {
         match contact {
             Some(contact) if !self.latency_known && !self.latency_found => contact.estimator.latest,
@@ -104,11 +105,11 @@ impl Supervisor {
         }
     }
 
-    /// The reference in a contact: along it with the preload so far, across it as the model moves, which friction may
-    /// have turned.
+    /// The reference in a contact: along it the identified motion plus the preload so far, across it the motion of the model,
+    /// which friction may have turned.
     ///
-    /// A robot that answers after a dead time takes the preload back: what it will do is known beforehand. Where the
-    /// contact is damped much it stays, because the load that goes with the velocity would change.
+    /// For a robot that responds after a dead time the preload is taken back, as its motion is then known beforehand. In a
+    /// contact with much damping it stays, as taking it back would change the load of the damper.
     pub(super) fn reference(
         &self,
         contact: &Contact,
@@ -130,7 +131,7 @@ impl Supervisor {
             let taken_back = has_dead_time && zeta <= FREE_REVERSAL_DAMPING;
             taken_back.then_some(end + TAKEN_BACK_LATER)
         } else {
-            // What it was told with another latency makes it late: it is to end in time.
+            // Commands that were computed with another latency have delayed the robot: the preload has to end in time.
             let taken_back = self.model.linear.is_dead_time && zeta <= FREE_REVERSAL_DAMPING;
             taken_back.then_some(end)
         };
@@ -138,13 +139,13 @@ impl Supervisor {
         reference
     }
 
-    /// Whether the approach is known and the robot has the velocity of the model.
+    /// Whether the approach is identified and the robot has the velocity of the model.
     fn has_started(&self) -> bool {
         let start_up = START_UP_DELAYS * self.model.linear.mean_delay + START_UP_CYCLES;
         self.approach.is_over() && f64::from(self.released) > start_up
     }
 
-    /// Straight on, or into a contact that is remembered.
+    /// The reference in free flight: straight on, or into a remembered contact.
     fn reference_ahead(
         &mut self,
         observer: &Observer,
@@ -184,7 +185,7 @@ mod tests {
         assert!(!supervisor.has_started());
     }
 
-    /// When a preload is gone, cycles after the end of the contact; none: it stays.
+    /// The end of a preload, cycles after the end of the contact; `None`: it stays.
     #[test]
     fn a_preload_is_taken_back_by_a_robot_with_a_dead_time_in_a_contact_that_is_not_damped() {
         let [dead_time, _, lag, mixed, _] = robots();
@@ -194,7 +195,7 @@ mod tests {
             (&dead_time, 0.3, 0, None),
             (&mixed, 0.0, 0, Some(5.0)),
             (&lag, 0.0, 0, None),
-            // It was told with another latency.
+            // Commands before were computed with another latency.
             (&dead_time, 0.0, 1, Some(0.0)),
             (&dead_time, 0.3, 1, None),
             (&mixed, 0.0, 1, None),
@@ -229,7 +230,7 @@ mod tests {
         }
     }
 
-    /// In a contact along it as before, across it as the model; a delay ahead what it is told.
+    /// In a contact: along it as before, across it as the model moves; a delay ahead as commanded.
     #[test]
     fn what_is_executed_is_a_delay_ahead() {
         let supervisor = supervisor(0.0);

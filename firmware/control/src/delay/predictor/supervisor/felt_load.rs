@@ -1,5 +1,5 @@
-//! The load that the model of the two spacecraft feels: none in free flight, and in a contact what is measured, with what the
-//! samples cannot see of its beginning and end.
+//! The load that the model of the two spacecraft feels: zero in free flight, and in a contact the measured one with corrections
+//! for the parts of its beginning and end that lie between samples.
 
 use super::Supervisor;
 use crate::delay::LawInput;
@@ -16,8 +16,8 @@ use crate::scalar::Scalar;
 use nalgebra::ComplexField;
 
 impl Supervisor {
-    /// The load that the model feels, N: in a contact the mean of the last two measured ones, with what the
-    /// samples cannot see of its beginning and end, and with what noise or the guard add at its end.
+    /// The load that the model feels, N: in a contact the mean of the last two measured ones, corrected for the parts of its
+    /// beginning and end that lie between samples, and at its end for noise or by the guard.
     #[inline(never)]
     pub(in super::super) fn felt_load<S: Scalar>(
         &mut self,
@@ -59,7 +59,8 @@ impl Supervisor {
         felt
     }
 
-    /// Whether a contact begins: a significant load against the motion. Another one is noise, or spurious.
+    /// Whether a contact begins: a significant load against the motion. A load that is not significant is taken as noise; a
+    /// significant one along the motion is spurious.
     fn is_onset(&mut self, observer: &Observer, velocity: &V6, threshold: f64) -> bool {
         let load = &observer.load;
         let pair = (load + observer.previous_load).norm();
@@ -128,7 +129,7 @@ impl Supervisor {
         }
     }
 
-    /// Ends a contact. The load that noise has hidden, or that the guard adds, N.
+    /// Ends a contact. Returns a load to add in this cycle, N: the one that noise has hidden, or that the guard adds.
     #[inline(never)]
     fn end_contact(
         &mut self,
@@ -149,14 +150,14 @@ impl Supervisor {
         } else {
             ConfidenceLevel::Fallback
         };
-        // The model goes on from where the two spacecraft would be, or the robot is, if it was not led there.
+        // The model continues from the reference; from the robot's position if the fallback has led the robot.
         observer.model = if self.fallback.trust < 1.0 {
             observer.at_force.position[latency]
         } else {
             let reference = self.reference(contact, observer, &after);
             reference.position_at(observer.cycle as f64, cycle_s)
         };
-        // The robot's reversal can be seen a delay from now.
+        // The reversal of the robot shows in its pose a delay from now.
         self.settling = (self.model.linear.mean_delay + TRACKING_SETTLES) as u32;
         observer.load = V6::zeros();
         self.reversals = Reversals::default();
@@ -177,8 +178,8 @@ impl Supervisor {
         h * (missing * contact.estimate(latency).mass / cycle_s)
     }
 
-    /// Noise of a load against that of the identified contact where the robot is believed to be: of the sensor, and
-    /// of the position as the observer leaves it; N.
+    /// Standard deviation of a load relative to the identified contact at the believed position of the robot: from the sensor's
+    /// noise, and from the noise of the position after the observer, N.
     fn noise_against_model(&self, contact: &Contact) -> f64 {
         let gain = self.observer_gain(&contact.velocity);
         let position = self.approach.findings.noise_m * ComplexField::sqrt(gain / (2.0 - gain));
@@ -224,7 +225,7 @@ mod tests {
             500.0 * later * later,
             1e-9,
         );
-        // A robot that is hardly late is taken for one of a cycle.
+        // A robot with no delay counts as one with a delay of a cycle.
         supervisor.model.linear.mean_delay = 0.0;
         let soonest = 0.6 / CYCLE_S;
         assert_near(supervisor.expected_stiffness(1.0), soonest * soonest, 1e-9);
@@ -232,7 +233,7 @@ mod tests {
         assert_near(supervisor.expected_stiffness(1.0), 3e5, 1e-9);
     }
 
-    /// Noise of the sensor, and of the position as the observer leaves it: a gain g leaves g/(2 − g) of its variance.
+    /// Noise of the sensor and of the position after the observer: a gain g leaves g/(2 − g) of the variance.
     #[test]
     fn the_noise_of_a_load_is_that_of_the_sensor_and_of_the_position() {
         let contact = Bounce::spring(0.5).followed(0.01, 25);
@@ -247,7 +248,8 @@ mod tests {
         }
     }
 
-    /// Against the motion, and more than a threshold: 4.5 times 0.002 N alone, or √2 of it with the load before.
+    /// A load against the motion that exceeds a threshold: 4.5 times 0.002 N alone, or √2 times that together with the load
+    /// before.
     #[test]
     fn a_contact_begins_with_a_significant_load_against_the_motion() {
         let (spacecraft, wrench) = (Spacecraft::before_a_wall([0.0; 3]), Wrench::zero());
@@ -296,7 +298,7 @@ mod tests {
         }
     }
 
-    /// The two spacecraft go on from where they would be, or from where the robot is if it was not led there.
+    /// The model continues from the reference, or from the robot if it was led by the fallback.
     #[test]
     fn after_a_contact_the_model_goes_on_from_the_reference_or_from_the_robot() {
         for (trust, led) in [(1.0, true), (0.5, false), (0.0, false)] {
@@ -320,7 +322,7 @@ mod tests {
         }
     }
 
-    /// The guard looks at the velocity that the last load leaves: 0.4 mm/s more.
+    /// The guard compares the velocity after the last load: 0.4 mm/s more.
     #[test]
     fn the_rebound_is_the_velocity_after_the_last_load() {
         for (before, held) in [

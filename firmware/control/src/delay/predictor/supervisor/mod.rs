@@ -1,5 +1,5 @@
-//! The supervisor: what is believed of robot and contact, which load the model feels ([`felt_load`]), and which law commands
-//! ([`command`]).
+//! The supervisor: it keeps what is identified of robot and contact, and decides which load the model feels ([`felt_load`]) and
+//! which law commands ([`command`]).
 
 mod command;
 mod felt_load;
@@ -21,18 +21,18 @@ use crate::delay::{DelaySettings, LawOutput};
 use crate::fault::{Fault, FaultCode};
 use crate::scalar::Scalar;
 
-/// What is believed and decided.
+/// State of the supervisor.
 #[derive(Clone, Debug)]
 pub(super) struct Supervisor {
     settings: PredictorSettings,
     pub(super) model: RobotModel,
     matrix: DynamicMatrix,
-    /// Latency that is believed, and whether it is known.
+    /// Believed latency of the pose, cycles, and whether the settings say that it is known.
     pub(super) latency: usize,
     latency_known: bool,
-    /// It was beyond doubt in an earlier contact.
+    /// The latency was settled in an earlier contact.
     latency_found: bool,
-    /// This cycle was observed already.
+    /// The observer has already been updated in this cycle.
     pub(super) observed: bool,
     pub(super) approach: Approach,
     pub(super) tracker: DelayTracker,
@@ -41,7 +41,7 @@ pub(super) struct Supervisor {
     reversals: Reversals,
     confidence: ConfidenceLevel,
     fallback: Fallback,
-    /// Cycles until the delay after the last contact is known.
+    /// Cycles until the delay can be tracked after the last contact.
     settling: u32,
     /// Stiffness and damping of the last contact, N/m and N·s/m.
     identified: [f64; 2],
@@ -56,7 +56,7 @@ impl Supervisor {
     #[inline(always)] // or each level would hold a copy of it on the stack
     pub(super) fn new(settings: &DelaySettings, cycle_s: f64) -> Self {
         let actuator = &settings.actuator;
-        // Commissioning sees the delay up to the reported pose, of which the latency is a part.
+        // Commissioning measures the delay up to the reported pose, which includes the latency.
         let reported = usize::from(actuator.feedback_latency_cycles);
         let latency = told_apart(reported);
         let model = RobotModel::new(actuator, cycle_s, reported as f64);
@@ -93,7 +93,7 @@ impl Supervisor {
         }
     }
 
-    /// Gain of the observer: noise against the displacement in a delay.
+    /// Gain of the observer: the larger the noise relative to the displacement in a delay, the smaller.
     fn observer_gain(&self, velocity: &V6) -> f64 {
         let noise = self.approach.findings.noise_m;
         OBSERVER_GAIN / (1.0 + OBSERVER_NOISE_WEIGHT * noise / self.delayed(velocity.norm()))
@@ -104,8 +104,8 @@ impl Supervisor {
         (speed * self.model.linear.mean_delay * self.model.cycle_s).max(1e-9)
     }
 
-    /// Free flight: follows the delay, and does not let a robot into a first contact that is not as
-    /// believed.
+    /// Free flight: tracks the delay. On the approach to the first contact, raises a fault if the robot does not behave as the
+    /// settings say (interlock).
     #[inline(never)]
     pub(super) fn fly(&mut self, observer: &mut Observer, command: &V6) {
         if self.approach.is_over() {
@@ -120,7 +120,7 @@ impl Supervisor {
         self.misfit = findings.misfit;
         if findings.at_bound {
             self.flags.set(LawFlags::DELAY_AT_BOUND);
-            // No delay in the range is the robot's: that is never less than the limit.
+            // No delay within the range fits the robot: the misfit is then never below the limit.
             let beyond = findings.beyond() / self.model.linear.mean_delay.max(1.0);
             self.misfit = self.misfit.max(most + beyond);
         }
@@ -134,7 +134,7 @@ impl Supervisor {
         }
     }
 
-    /// Follows the delay in free flight, once after each contact.
+    /// Tracks the delay in free flight, once after each contact.
     fn track_delay(&mut self, observer: &mut Observer) {
         if self.settling == 0 {
             return;
@@ -154,16 +154,16 @@ impl Supervisor {
         }
     }
 
-    /// A robot that is so many cycles later than believed.
+    /// Changes the delay of the robot model by `later` cycles.
     fn change_delay(&mut self, observer: &mut Observer, later: f64) {
         self.model.linear.shift(later);
-        // The robot has gone straight for a while: its model is so much further behind.
+        // The motion has been straight for a while, so that the position of the model changes by that displacement.
         let behind = observer.robot.velocity * (-later * self.model.cycle_s);
         observer.robot.position += behind;
         self.matrix = DynamicMatrix::new(&self.model, self.latency);
     }
 
-    /// An output with status and fault.
+    /// Completes an output with status and fault.
     fn output<S: Scalar>(&mut self, mut output: LawOutput<S>) -> LawOutput<S> {
         output.fault = self.fault.take();
         output.status = LawStatus {
@@ -186,14 +186,14 @@ mod tests {
     use crate::delay::spacecraft::{CYCLE_S, Spacecraft};
     use crate::frames::Wrench;
 
-    /// Of a robot of 32 ms whose approach has shown this noise of a position, m.
+    /// The supervisor of a robot with a delay of 32 ms whose approach has shown this noise of a position, m.
     pub(super) fn supervisor(noise_m: f64) -> Supervisor {
         let mut supervisor = Supervisor::new(&DelaySettings::default(), CYCLE_S);
         supervisor.approach.findings.noise_m = noise_m;
         supervisor
     }
 
-    /// 160 µm at 5 mm/s: 112 times the noise is as much at 1.43 µm.
+    /// The displacement in a delay is 160 µm at 5 mm/s; 112 times the noise equals that at 1.43 µm.
     #[test]
     fn a_noisy_position_is_followed_less_the_less_it_moves_in_a_delay() {
         for (noise_m, speed, gain) in [
@@ -219,7 +219,7 @@ mod tests {
         }
     }
 
-    /// At most four cycles, of which the predictor has a hypothesis.
+    /// At most four cycles, the largest latency that has a hypothesis.
     #[test]
     fn a_latency_that_is_set_is_the_first_that_is_believed() {
         for (set, first) in [(0, 0), (3, 3), (4, 4), (8, 4)] {
@@ -236,7 +236,7 @@ mod tests {
         }
     }
 
-    /// The model was that much ahead of the robot: it is set back, and the control is that of the new delay.
+    /// The position of the model is set back by the displacement, and the controller is that of the new delay.
     #[test]
     fn a_robot_that_is_later_is_so_much_behind_its_model() {
         let mut supervisor = supervisor(0.0);
