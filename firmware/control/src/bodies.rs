@@ -1,4 +1,4 @@
-//! The two simulated spacecraft as a person writes them.
+//! Settings of the two simulated spacecraft.
 
 crate::described! {
 /// One simulated spacecraft: mass properties, space-manipulator terms and initial conditions.

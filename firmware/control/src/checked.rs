@@ -4,8 +4,8 @@ use crate::range::SettingsError;
 use crate::robot::RobotInterface;
 use crate::settings::Settings;
 
-/// Settings for a robot, of which a [`Cycle`](crate::cycle::Cycle) can be built without an error, and
-/// therefore where it is to stay.
+/// Validated settings for a robot, from which a [`Cycle`](crate::cycle::Cycle) can be built without an error, and therefore in
+/// the memory in which it is to stay.
 #[derive(Clone, Debug)]
 pub struct Checked {
     pub(crate) settings: Settings,
@@ -13,7 +13,7 @@ pub struct Checked {
 }
 
 impl Checked {
-    /// The length of a cycle is the robot's, whatever the settings say.
+    /// Validates settings. The length of a cycle is taken from the robot, whatever the settings say.
     ///
     /// # Errors
     /// A setting is outside of its range.

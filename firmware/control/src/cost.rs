@@ -1,7 +1,7 @@
-//! Where the cost of a cycle is counted.
+//! Hooks to measure the cost of a cycle.
 //!
-//! The cycle itself knows no clock. It tells a [`Probe`] which part it has just finished; a board
-//! reads its counter of instructions or cycles there, everybody else passes `()` and pays nothing.
+//! The cycle itself has no clock. It reports each finished part to a [`Probe`]; a board reads its counter of instructions or
+//! cycles there. Everybody else passes `()`, which costs nothing.
 
 /// A part of a cycle, in the order in which they are done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,10 +29,9 @@ impl Phase {
     ];
 }
 
-/// Takes note of finished phases.
+/// Is notified of finished phases.
 pub trait Probe {
-    /// Called when a phase is finished. A loop that is not closed leaves out [`Phase::Dynamics`] and
-    /// [`Phase::Law`].
+    /// Called when a phase is finished. Without a closed loop [`Phase::Dynamics`] and [`Phase::Law`] are not reported.
     fn finished(&mut self, phase: Phase);
 }
 

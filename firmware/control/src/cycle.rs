@@ -16,8 +16,8 @@ use crate::settings::Settings;
 use crate::wrench::{Compensated, Compensation, MotionEstimator};
 use crate::zero::RestMean;
 
-/// Largest force (N) and torque (N·m) that is taken from the sensor; a larger reading saturates
-/// here, ten times beyond the largest overload limit, and is an overload.
+/// Largest force (N) and torque (N·m) that is taken from the sensor. A larger reading saturates here; that is ten times the
+/// largest overload limit, so it is an overload in any case.
 const LARGEST_READING: f64 = 1.0e6;
 
 /// The controller: settings ready to run, and state.
@@ -64,15 +64,15 @@ impl<S: Scalar> Cycle<S> {
         }
     }
 
-    /// One cycle. It must end before the robot's next telegram, for a later answer is worth nothing.
+    /// One cycle. The caller must answer before the robot's next telegram, as a later answer is rejected.
     pub fn step(&mut self, inputs: &Inputs) -> (Output, Trace) {
         let mut trace = Trace::default();
         let output = self.step_counted(inputs, &mut trace, &mut ());
         (output, trace)
     }
 
-    /// [`Self::step`], telling which phases are finished. The trace, new, is filled where it is: to
-    /// return it would cost a microcontroller more than any other part of the cycle.
+    /// [`Self::step`] that reports finished phases to `probe`. `trace` must be new; it is filled in place, as returning it would
+    /// cost a microcontroller more than any other part of the cycle.
     pub fn step_counted(
         &mut self,
         inputs: &Inputs,
@@ -114,7 +114,7 @@ impl<S: Scalar> Cycle<S> {
         output
     }
 
-    /// Moves as the mode says; false: the robot is to rest.
+    /// Moves as the mode requires. Returns whether the robot moves; `false`: it is to rest.
     fn moved(
         &mut self,
         robot: &RobotSample,
@@ -159,8 +159,7 @@ impl<S: Scalar> Cycle<S> {
         (&self.plan.bodies, &self.run.state)
     }
 
-    /// A robot that began anew has forgotten all commands; a start pose taken before is worth
-    /// nothing.
+    /// A restarted robot has forgotten all commands, so that a start pose taken before is invalid.
     fn follow_sequence(&mut self, sequence: Sequence) {
         if sequence != Sequence::NewRun {
             return;
@@ -168,28 +167,28 @@ impl<S: Scalar> Cycle<S> {
         self.estimator.reset();
         self.rest_mean = RestMean::new();
         self.box_center = None;
-        // The stop has been carried out: this run must be able to begin.
+        // The stop has been carried out; this run must be able to begin.
         self.stop = false;
         if !self.modes.mode().moves() {
             self.run.halt();
         }
         if self.modes.mode() == Mode::Armed {
-            // Stop is allowed in Armed, whatever the data.
+            // Stop is always allowed in Armed, so the result is ignored.
             let _ = self.modes.command(Command::Stop, Ok(()));
         }
     }
 
-    /// The robot moves by us, or may do so in the next cycle.
+    /// The robot is moved by this controller, or may be in the next cycle.
     fn guarded(&self) -> bool {
         self.modes.mode() == Mode::Armed || self.in_motion()
     }
 
-    /// The robot moves by us.
+    /// The robot is moved by this controller.
     fn in_motion(&self) -> bool {
         self.modes.mode().moves() || self.run.last_sent != frames::Twist::zero()
     }
 
-    /// The telegram's pose; the last good one if it has none. Tells the estimator and the box.
+    /// The telegram's pose, or the last good one if it has none. Also updates the estimator and the centre of the box.
     fn measured_pose(&mut self, robot: &RobotSample) -> Pose<S> {
         let cycles = match robot.sequence {
             Sequence::Gap(lost) => lost.saturating_add(1),
@@ -199,7 +198,7 @@ impl<S: Scalar> Cycle<S> {
         let pose = pose.map(|pose| pose_from_components(&pose));
         self.estimator.update(pose.as_ref(), cycles);
         let pose = self.estimator.last_pose();
-        // A run may begin with a telegram that has none.
+        // The first telegrams of a run may have no pose.
         if self.estimator.has_pose() {
             self.box_center.get_or_insert(pose);
         }
@@ -213,7 +212,7 @@ impl<S: Scalar> Cycle<S> {
         trace: &mut Trace,
     ) -> Compensated<S> {
         let motion = self.estimator.motion();
-        // What is not finite has been judged; it must not reach the running mean.
+        // Readings that are not finite have caused a fault already; they must not reach the running mean.
         let finite = inputs.sensor.wrench.iter().all(|v| v.is_finite());
         let limit = LARGEST_READING;
         let raw = inputs.sensor.wrench.map(|v| match finite {
@@ -224,7 +223,7 @@ impl<S: Scalar> Cycle<S> {
             .compensation
             .compensate(&Wrench::of(&raw), &pose.rotation, &motion);
         if self.in_motion() || self.plan.overload(&wrench.at_m).is_some() {
-            // A contact is no rest; and one sample of an overload would shift the mean by a 64th of it.
+            // A contact is not a reading at rest; and one sample of an overload would shift the mean by a 64th of it.
             self.rest_mean = RestMean::new();
         } else if self.health.good_sample(inputs) {
             self.rest_mean.push(&wrench.contact_in_s);
@@ -238,7 +237,7 @@ impl<S: Scalar> Cycle<S> {
         wrench
     }
 
-    /// Carries out the operator's command, or notes why not. True if displacements count anew.
+    /// Carries out the operator's command, or records the refusal. Returns whether displacements restart from the present pose.
     fn obey(
         &mut self,
         inputs: &Inputs,
@@ -268,7 +267,7 @@ impl<S: Scalar> Cycle<S> {
         matches!(command, Command::Arm | Command::Jog(_))
     }
 
-    /// Displacements count from here.
+    /// Takes this pose as the start from which displacements count.
     fn take_start_pose(&mut self, pose: &Pose<S>) {
         let center = self.box_center.unwrap_or(*pose);
         self.run.restart(&self.settings, pose, &center);
@@ -299,7 +298,7 @@ impl<S: Scalar> Cycle<S> {
         }
     }
 
-    /// A zero needs a steady mean, and must not hide a contact.
+    /// A zero needs a mean of enough samples, and must not hide a contact.
     fn zero_allowed(&self) -> Readiness {
         let start = &self.settings.start;
         let (force, torque) = (
@@ -341,7 +340,7 @@ impl<S: Scalar> Cycle<S> {
         ));
     }
 
-    /// The next cycle of a jog; behind its end the robot holds.
+    /// The next cycle of a jog; after its end the robot holds.
     fn jog_on(&mut self, robot: &RobotSample, trace: &mut Trace) -> Result<bool, Fault> {
         let freeze = self.freeze(robot);
         if let Some(velocity) = self.jog.as_mut().and_then(JogRun::next_velocity) {
@@ -352,7 +351,7 @@ impl<S: Scalar> Cycle<S> {
         self.run.fade_out(&self.plan, trace)
     }
 
-    /// The load that forbids a start: (limit, value).
+    /// The load if it is too large for a start: (limit, value).
     fn too_large_for_start(&self, at_m: &Wrench<S>) -> Option<(f64, f64)> {
         let start = &self.settings.start;
         load_beyond(at_m, S::of(start.max_force_n), S::of(start.max_torque_n_m))
@@ -392,7 +391,7 @@ impl<S: Scalar> Cycle<S> {
         flags
     }
 
-    /// The commanded pose if it moved.
+    /// The commanded pose if the robot moves; else it is halted. An error is latched as a fault.
     fn motion(&mut self, moved: Result<bool, Fault>) -> Motion {
         let moved = moved.unwrap_or_else(|fault| {
             self.latch(fault);

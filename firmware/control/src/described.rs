@@ -1,4 +1,4 @@
-//! Descriptions of settings: the doc comments of their fields, kept for whoever asks a board.
+//! Descriptions of settings: the doc comments of their fields, kept for clients that ask a board for them.
 
 /// The doc comments of a struct's fields.
 #[derive(Clone, Copy, Debug)]
@@ -9,10 +9,11 @@ pub struct Description {
     pub fields: &'static [(&'static str, &'static str)],
 }
 
-/// Put around a struct of settings, it keeps the doc comments of the fields as `DESCRIPTION`. The
-/// struct itself stays as it is written.
+/// Wraps a struct of settings and keeps the doc comments of its fields as `DESCRIPTION`. The struct itself stays as it is
+/// written.
 ///
-/// Each field may have its default as well, and, with the dotted name of the struct, a range that depends on nothing else.
+/// Each field may also have its default. With the dotted name of the struct, it may have a range that does not depend on other
+/// fields.
 ///
 /// ```
 /// softdock_control::described! {

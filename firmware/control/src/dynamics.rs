@@ -1,8 +1,8 @@
 //! Two-body Newton-Euler dynamics, relative motion and the observation frames (section 3.2).
 //!
-//! Velocities are integrated in C, angular velocities in body axes (A17). The space manipulator
-//! enters once, as operator-set accelerations (A12) and, beyond the paper, as spring and damper. What integrates and how is the paper's, on
-//! purpose: it is the model that a recording is compared with.
+//! Velocities are integrated in C, angular velocities in body axes (A17). The space manipulator enters once, as accelerations
+//! that the operator sets (A12) and, beyond the paper, as spring and damper. States and integrator are deliberately those of the
+//! paper: this is the model that a recording is compared with.
 
 use crate::bodies::{BodySettings, FrameSettings};
 use crate::frames::{self, Pose, Twist, Wrench, components, matrix, saturated, vector};
@@ -10,9 +10,8 @@ use crate::manipulator::ManipulatorResistance;
 use crate::scalar::Scalar;
 use nalgebra::{Matrix3, Vector3};
 
-/// Declared ranges of the model, per component: several times what the settings and the limits
-/// of the correction allow, so that a model that runs away saturates here, in every scalar type,
-/// while the limits flag it and then latch a fault.
+/// Declared ranges of the model, per component: several times what the settings and the limits of the correction allow. A model
+/// that diverges saturates here, with every scalar type, while the limits flag it and then latch a fault.
 const FASTEST_M_S: f64 = 100.0;
 /// Likewise, rad/s: 0.08 rad in a cycle, where the small-motion series still hold.
 const FASTEST_RAD_S: f64 = 20.0;
@@ -105,8 +104,7 @@ pub struct Body<S: Scalar> {
     inertia: Inertia<S>,
     /// a_ARM in C and α_ARM in body axes.
     arm: Twist<S>,
-    /// What the space manipulator pulls with, per kilogram, and the position in C where its spring
-    /// is relaxed.
+    /// Resistance of the space manipulator per kilogram, and the position in C at which its spring is relaxed.
     resistance: Option<(ManipulatorResistance<S>, Vector3<S>)>,
 }
 
@@ -147,7 +145,7 @@ impl<S: Scalar> Body<S> {
         self.arm.linear + pull
     }
 
-    /// Angular acceleration over one cycle by the paper's four stages, rad/s².
+    /// Mean angular acceleration over one cycle by the paper's four stages, rad/s².
     ///
     /// α₁ to α₄ of section 3.2: a Runge-Kutta step of ω with the torque frozen, the attitude not
     /// staged (A18).
@@ -251,7 +249,7 @@ pub fn relative_velocity<S: Scalar>(k: &BodyState<S>, q: &BodyState<S>) -> Twist
     }
 }
 
-/// Both spacecraft and what couples them.
+/// Both spacecraft and the coupling between them.
 #[derive(Clone, Debug)]
 pub struct TwoBody<S: Scalar> {
     /// Passive spacecraft, moved by the rig.
@@ -271,7 +269,7 @@ pub struct TwoBodyState<S: Scalar> {
 }
 
 impl<S: Scalar> TwoBodyState<S> {
-    /// Whether a quantity has reached the edge of its declared range, where it saturates.
+    /// Whether a quantity has reached the limit of its declared range, where it saturates.
     pub fn at_its_limits(&self) -> bool {
         let apart = self.k.c_from_body.translation.vector - self.q.c_from_body.translation.vector;
         let beyond = |body: &BodyState<S>| {
@@ -315,9 +313,9 @@ impl<S: Scalar> TwoBody<S> {
 }
 
 impl<S: Scalar> TwoBody<S> {
-    /// How a wrench on K (at K, body axes) accelerates K relative to Q, per newton of it: linear
-    /// (m/s²) and angular (rad/s²), both in body axes of K. What the motion itself adds (ω × I ω
-    /// and the like) is left out: this is the matrix of inverse inertia of the pair, times a wrench.
+    /// Relative acceleration of K and Q by a wrench on K (at K, body axes): linear (m/s²) and angular (rad/s²), both in body axes
+    /// of K. Terms of the motion itself (ω × I ω and the like) are left out: the result is the inverse inertia matrix of the pair
+    /// times the wrench.
     pub fn mobility(&self, s: &TwoBodyState<S>, on_k: &Wrench<S>) -> Twist<S> {
         let (rk, rq) = (s.k.c_from_body.rotation, s.q.c_from_body.rotation);
         let lever = lever(&s.k, &s.q);
@@ -340,14 +338,14 @@ pub struct ObservationFrames<S: Scalar> {
     q_from_p: Pose<S>,
 }
 
-/// What an observer sees of the docking surfaces.
+/// Relative motion of the docking surfaces as an observer sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observation<S: Scalar> {
     /// J in C.
     pub c_from_j: Pose<S>,
     /// P in C.
     pub c_from_p: Pose<S>,
-    /// J seen from P: what has to become identity for a docking.
+    /// J seen from P: becomes identity at docking.
     pub p_from_j: Pose<S>,
     /// Velocity of J relative to P: linear in axes of P, angular in axes of J.
     pub relative_velocity: Twist<S>,

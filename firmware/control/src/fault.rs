@@ -1,4 +1,4 @@
-//! What ends a run until somebody resets it.
+//! Faults, which end a run until they are reset.
 
 /// What latched a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -124,8 +124,8 @@ impl<S: Scalar> Wrench<S> {
         Self { force, torque }
     }
 
-    /// The reaction of a pair: this wrench acts at a point A; the opposite wrench, about a point
-    /// B with `b_minus_a` = r_B − r_A in the same axes.
+    /// The reaction to this wrench, which acts at a point A: the opposite wrench, about a point B with `b_minus_a` = r_B − r_A in
+    /// the same axes.
     ///
     /// `F_B = −F_A`, `T_B = −T_A + (r_B − r_A) × F_A` (section 3.2; A15: with the other sign of
     /// the lever the pair would not cancel).
@@ -182,7 +182,7 @@ pub fn pose_components<S: Scalar>(pose: &Pose<S>) -> [f64; 7] {
     [x, y, z, q.w.get(), q.i.get(), q.j.get(), q.k.get()]
 }
 
-/// The pose of [`pose_components`], as it is: the quaternion is not normalised.
+/// The pose of these components, the inverse of [`pose_components`]: the quaternion is not normalised.
 pub fn pose_from_components<S: Scalar>(pose: &[f64; 7]) -> Pose<S> {
     let [x, y, z, w, i, j, k] = pose.map(S::of);
     let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, i, j, k));
@@ -206,16 +206,16 @@ pub fn small_rotation<S: Scalar>(rotation_vector_rad: &Vector3<S>) -> UnitQuater
     ))
 }
 
-/// One Newton step towards unit length: keeps a product of near-unit quaternions at unit length
-/// for ever without a square root.
+/// One Newton step towards unit length: keeps a product of near-unit quaternions at unit length indefinitely without a square
+/// root.
 pub fn renormalised<S: Scalar>(q: &Quaternion<S>) -> UnitQuaternion<S> {
     let excess = product(q, &q.conjugate()).w - S::one();
     let half = S::of(0.5).times(excess);
     UnitQuaternion::new_unchecked(Quaternion::from(q.coords.map(|c| c - c.times(half))))
 }
 
-/// Hamilton's product, each product of it rounded to the nearest: a thousand million roundings
-/// downwards would turn a spacecraft that does not turn.
+/// Hamilton's product with each scalar product rounded to the nearest: 10⁹ roundings downwards would rotate a spacecraft that
+/// does not rotate.
 fn product<S: Scalar>(p: &Quaternion<S>, q: &Quaternion<S>) -> Quaternion<S> {
     let times = |a: S, b: S| a.times(b);
     Quaternion::new(
@@ -303,7 +303,7 @@ mod tests {
             prop_assert!(rotated(&before, &turn).angle_to(&after) < 1e-9);
         }
 
-        /// At whichever point of a rigid body it is written down, a wrench does the same work.
+        /// A wrench has the same power at every point of a rigid body.
         #[test]
         fn a_transferred_wrench_has_the_same_power(w in prop::array::uniform6(-100.0..100.0f64),
                 v in prop::array::uniform6(-1.0..1.0f64), p in prop::array::uniform3(-5.0..5.0f64),

@@ -1,13 +1,12 @@
 //! Checks of a cycle's inputs: is the sensor fresh and sane, is the robot in step?
 //!
-//! Reactions are those of the project's safety notes: an old sample ramps the rate down and then
-//! latches a fault; status bits, saturation and non-finite numbers latch at once.
+//! Reactions follow the project's safety notes: an old sample ramps the rate down and then latches a fault; status bits,
+//! saturation and non-finite numbers latch at once.
 //!
-//! **A reading that repeats is old.** Six gauges of a working sensor flicker, so that six equal words in
-//! a new sample are no measurement. `stale_after_cycles` after the reading last changed, whether old samples or
-//! repeated ones fill the time, the model is not integrated any more; after `frozen_after_cycles` of repeated
-//! ones a fault latches, and sooner where the largest load that the limits
-//! allow could meanwhile bend the motion by more than they allow in a cycle:
+//! **A reading that repeats is old.** The six gauges of a working sensor flicker, so that a new sample with six equal words is
+//! not a measurement. `stale_after_cycles` after the last change of the reading, whether the samples since are missing or
+//! repeated, the model is not integrated any more. After `frozen_after_cycles` of repeated samples a fault latches; sooner where
+//! the largest load that the limits allow could meanwhile change the motion by more than they allow in a cycle:
 //!
 //! ```text
 //! ½ a T² ≤ s      a = F (1/m_K + 1/m_Q), s = limits.step_m; and likewise for rotations
@@ -20,7 +19,7 @@ use nalgebra::ComplexField;
 
 /// Largest coordinate of a measured position that is believed, m: no robot reaches farther.
 const FARTHEST_M: f64 = 1.0e3;
-/// Largest square of a measured quaternion beyond which it is no rotation, less 1.
+/// Largest excess over 1 of the squared norm of a measured quaternion.
 const LARGEST_EXCESS: f64 = 1.0e-6;
 
 /// Whether a measured pose is finite and within its declared range.
@@ -28,7 +27,7 @@ pub(crate) fn plausible(pose: &[f64; 7]) -> bool {
     implausible(pose).is_none()
 }
 
-/// The first number beyond its range: (limit, value). Of a quaternion that is its square.
+/// The first number beyond its range: (limit, value). For a quaternion the value is its squared norm less 1.
 fn implausible([x, y, z, q @ ..]: &[f64; 7]) -> Option<(f64, f64)> {
     let excess = q.iter().map(|v| v * v).sum::<f64>() - 1.0;
     let far = FARTHEST_M;
@@ -47,10 +46,10 @@ pub struct Health {
     ignored_status: u32,
     lost_fault: u32,
     late_fault: u32,
-    /// Cycles since the newest sample that were run, and those whose telegrams were lost.
+    /// Cycles since the newest sample: those that were run, and those whose telegrams were lost.
     age: u32,
     lost: u32,
-    /// Cycles from the sample with which the reading last changed to the newest one, which repeats it.
+    /// Cycles from the sample with which the reading last changed to the newest sample, which repeats it.
     repeated: u32,
     last: SensorSample,
     late_at_start: u32,
@@ -75,8 +74,8 @@ impl Health {
         }
     }
 
-    /// Takes this cycle's inputs; the answer is a fault that they call for, in a mode in which the
-    /// robot moves or is about to (`guarded`).
+    /// Takes in this cycle's inputs. Returns the fault that they cause, in a mode in which the robot moves or is about to
+    /// (`guarded`).
     pub fn check(&mut self, inputs: &Inputs, mode: Mode, guarded: bool) -> Option<Fault> {
         self.count(&inputs.sensor, inputs.robot.sequence);
         let driven = mode.moves();
@@ -91,17 +90,17 @@ impl Health {
             .or_else(|| self.sensor(&inputs.sensor))
     }
 
-    /// Whether the newest sample came in this cycle and is sane.
+    /// Whether the newest sample arrived in this cycle and is healthy.
     pub fn good_sample(&self, inputs: &Inputs) -> bool {
         self.age == 0 && self.sensor(&inputs.sensor).is_none() && self.numeric(inputs).is_none()
     }
 
-    /// Cycles that were run since the one with the newest sample.
+    /// Cycles that were run since the newest sample arrived.
     pub fn sensor_age(&self) -> u32 {
         self.age
     }
 
-    /// Whether the sample is too old to integrate, or tells nothing new.
+    /// Whether the sample is too old to integrate, or only repeats an old reading.
     pub fn stale(&self) -> bool {
         let repeated = if self.frozen_after > 0 {
             self.repeated
@@ -132,7 +131,7 @@ impl Health {
         self.age.saturating_add(self.lost)
     }
 
-    /// A sample that is new behind lost telegrams is as fresh as any: the telegram of this cycle asked for it.
+    /// Updates the age. A new sample after lost telegrams is as fresh as any, as the telegram of this cycle has triggered it.
     fn count(&mut self, sample: &SensorSample, sequence: Sequence) {
         if let Sequence::Gap(lost) = sequence {
             self.lost = self.lost.saturating_add(lost);
@@ -200,8 +199,8 @@ impl Health {
     }
 }
 
-/// Cycles in which the largest load that `limits` allow moves the spacecraft, unseen, by no more than the
-/// largest correction of one cycle; at least one.
+/// Cycles in which the largest load that `limits` allow moves the spacecraft, unmeasured, by no more than the largest correction
+/// of one cycle; at least one.
 fn unseen_cycles(settings: &Settings) -> u32 {
     let (limits, bodies) = (&settings.limits, [&settings.body_k, &settings.body_q]);
     let free = |body: &&&BodySettings| !body.fixed;

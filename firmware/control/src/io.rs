@@ -1,16 +1,15 @@
-//! What goes into a cycle and what comes out of it, as plain numbers: what any robot says and any
-//! sensor, and what a robot shall do.
+//! Inputs and outputs of a cycle as plain numbers, independent of the type of robot and sensor.
 
 use crate::delay::PARTS;
 use crate::delay::status::LawStatus;
 use crate::limits::LimitFlags;
 use crate::modes::{Command, Fault, Mode, Refusal};
 
-/// Where a telegram stands in the robot's sequence.
+/// Position of a telegram in the robot's sequence.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Sequence {
-    /// The first telegram, or the first after the robot began anew: it has forgotten all commands.
+    /// The first telegram, or the first after a restart of the robot, which has then forgotten all commands.
     #[default]
     NewRun,
     /// One cycle after the last.
@@ -19,19 +18,19 @@ pub enum Sequence {
     Gap(u32),
 }
 
-/// The robot's part of a cycle's input: what its link made of a telegram.
+/// The robot's part of a cycle's input, as its link has decoded it from a telegram.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RobotSample {
-    /// Where the telegram stands in the sequence.
+    /// Position of the telegram in the sequence.
     pub sequence: Sequence,
-    /// Measured pose of M in C: position (m) and unit quaternion (w x y z). None if not in the
-    /// telegram; NaN where a telegram holds no number.
+    /// Measured pose of M in C: position (m) and unit quaternion (w x y z). `None` if the telegram has none; NaN for a number
+    /// that it does not hold.
     pub pose: Option<[f64; 7]>,
     /// The pose is too near the gimbal lock of the robot's angles to begin a motion there.
     pub gimbal_locked: bool,
     /// The robot's counter of late or rejected answers.
     pub late_answers: u32,
-    /// The robot keeps its motion within limits of its own, and does not follow the commands.
+    /// The robot clamps its motion to limits of its own, and does not follow the commands.
     pub clamped: bool,
 }
 
@@ -62,14 +61,13 @@ pub struct Inputs {
     pub command: Option<Command>,
 }
 
-/// What the robot shall do until its next telegram.
+/// Motion that is asked of the robot until its next telegram.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Motion {
     /// Stand still where the commands so far have led.
     #[default]
     Rest,
-    /// Go on. A link sends what its robot takes, and makes up in the next cycle for what it rounds
-    /// away in this one.
+    /// Move. A link sends the form that its robot takes, and carries its rounding error over into the next cycle.
     Move {
         /// Commanded translation of M since the start, m, axes of C.
         displacement_m: [f64; 3],
@@ -80,10 +78,10 @@ pub enum Motion {
     },
 }
 
-/// The answer of a cycle.
+/// The output of a cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Output {
-    /// Displacements count anew, from the measured pose of this cycle.
+    /// Displacements restart from the measured pose of this cycle.
     pub start: bool,
     /// The robot's motion.
     pub motion: Motion,
@@ -138,7 +136,7 @@ pub struct Trace {
     pub model_velocity: [f64; 6],
     /// Parts that the delay law added.
     pub law_parts: [[f64; 6]; PARTS],
-    /// What the delay law knows and did.
+    /// What the delay law has identified and done.
     pub law_status: LawStatus,
     /// Impulse at M that the model felt in this cycle beyond the measured wrench, axes of M (N·s,
     /// N·m·s): the sum over a contact is momentum that was not measured.

@@ -1,4 +1,4 @@
-//! Bounds of the correction and of the load. Clamped is flagged; what lasts becomes a fault.
+//! Bounds of the correction and of the load. A clamp is flagged; one that lasts latches a fault.
 //!
 //! The limits protect tool and process. They are not a safety function: that is the robot's own
 //! safety controller.
@@ -62,8 +62,8 @@ pub struct LimitFlags {
 }
 }
 
-/// Share of the acceleration limit that brakes an axis: the end of [`Limits::stopping_speed`] takes
-/// twice as much, and three axes may brake at once: 2 √3 / 4 is less than 1.
+/// Fraction of the acceleration limit with which an axis brakes: the end of [`Limits::stopping_speed`] takes twice as much, and
+/// three axes may brake at once: 2 √3 / 4 is less than 1.
 const BRAKING_SHARE: f64 = 0.25;
 
 /// The limits, ready to run.
@@ -74,8 +74,7 @@ pub struct Limits<S: Scalar> {
     speed: [S; 2],
     /// Largest change of velocity per cycle.
     change: [S; 2],
-    /// Decelerations that a stop before the edge of the box is planned with, see
-    /// [`Self::stopping_speed`].
+    /// Decelerations with which a stop before the edge of the box is planned, see [`Self::stopping_speed`].
     braking: [S; 2],
     box_m: Vector3<S>,
     box_rad: S,
@@ -107,9 +106,9 @@ impl<S: Scalar> Limits<S> {
         }
     }
 
-    /// The velocity that may be sent: limited in speed, by the distance in which the edge of the box
-    /// allows a stop, in its change since `last`, and at last by the edge itself. `displacement`
-    /// and `turn` lead from the centre of the box to the commanded pose.
+    /// The velocity that may be sent: limited in speed, then by the distance that is left to stop before the edge of the box,
+    /// then in its change since `last`, and finally by the edge itself. `displacement` and `turn` lead from the centre of the box
+    /// to the commanded pose.
     pub fn apply(
         &self,
         wanted: &Twist<S>,
@@ -169,7 +168,7 @@ impl<S: Scalar> Limits<S> {
                 flags.set(LimitFlags::BOX);
             }
         }
-        // A turn that goes back towards the centre of the box is free.
+        // A rotation back towards the centre of the box is not limited.
         let outward = turn.imag().dot(&wanted.angular) * turn.w > S::zero();
         let fastest = self.stopping_speed(self.braking[1], self.box_rad - angle(turn));
         if outward && wanted.angular.amax() > fastest {
@@ -177,8 +176,8 @@ impl<S: Scalar> Limits<S> {
         }
     }
 
-    /// Largest speed at a distance d from the edge: `√(2 a d)`, and at the end half of the distance
-    /// per cycle, so that whole cycles do not overshoot. None is left beyond the edge.
+    /// Largest speed at a distance d from the edge: `√(2 a d)`, and near the edge half of the distance per cycle, so that whole
+    /// cycles do not overshoot. Zero at or beyond the edge.
     fn stopping_speed(&self, deceleration: S, distance: S) -> S {
         if distance <= S::zero() {
             return S::zero();
@@ -189,7 +188,7 @@ impl<S: Scalar> Limits<S> {
             .min(distance * half / self.ts)
     }
 
-    /// The last resort: nothing goes beyond the edge, and what is beyond goes no further.
+    /// The final limit: no motion passes the edge, and what is beyond it already does not move further out.
     fn keep_in_box(
         &self,
         sent: &mut Twist<S>,
@@ -218,7 +217,7 @@ impl<S: Scalar> Limits<S> {
         }
     }
 
-    /// The part of the load that is beyond its limit: (limit, value).
+    /// The force or torque that exceeds its limit: (limit, value).
     pub fn overload(&self, at_m: &Wrench<S>) -> Option<(f64, f64)> {
         load_beyond(at_m, self.force_n, self.torque_n_m)
     }
@@ -233,8 +232,7 @@ pub fn load_beyond<S: Scalar>(load: &Wrench<S>, force_n: S, torque_n_m: S) -> Op
     beyond(&load.force, force_n).or_else(|| beyond(&load.torque, torque_n_m))
 }
 
-/// Length of a vector, by way of its largest component: squares might leave the range of fixed
-/// point.
+/// Length of a vector. It is scaled by the largest component, as squares might leave the range of fixed point.
 fn size<S: Scalar>(v: &Vector3<S>) -> S {
     let largest = v.amax();
     if largest == S::zero() {

@@ -3,7 +3,7 @@
 use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;
 
-/// Spring and damper between the simulated spacecraft and where it began.
+/// Spring and damper between the simulated spacecraft and its initial position.
 #[derive(Clone, Copy, Debug)]
 pub struct ManipulatorResistance<S: Scalar> {
     stiffness: S,

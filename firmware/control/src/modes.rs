@@ -13,8 +13,8 @@
 //!                  Fault  <-- from Armed, Running, Jogging and while a stop fades out; latched
 //! ```
 //!
-//! `*` needs fresh, healthy sensor data, a robot that reports its pose and was last told to rest, and a
-//! small contact force; whether it has come to rest is not measured. In every mode each telegram is answered; only Running and Jogging move the
+//! `*` needs fresh, healthy sensor data, a robot that reports its pose and was last commanded to rest, and a small contact force;
+//! whether the robot has come to rest is not measured. In every mode each telegram is answered. Only Running and Jogging move the
 //! robot, and in Hold the last velocity fades out.
 
 mod words;
@@ -43,7 +43,7 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// Whether the robot is moved in this mode, beside the end of a motion in Hold.
+    /// Whether the robot is moved in this mode, apart from the fading velocity in Hold.
     pub fn moves(self) -> bool {
         matches!(self, Self::Running | Self::Jogging)
     }
@@ -134,7 +134,7 @@ pub enum Refusal {
     NoRoom,
 }
 
-/// Whether a cycle's data allow something.
+/// Whether a cycle's data allow a command.
 pub type Readiness = Result<(), Refusal>;
 
 /// The mode and the latched fault.
@@ -163,8 +163,8 @@ impl Modes {
         self.mode = Mode::Fault;
     }
 
-    /// Carries out a command, or says why not. `ready` is whether the present data allow this
-    /// command; `hold` and `stop` need nothing.
+    /// Carries out a command, or returns why not. `ready` tells whether the present data allow this command; `hold` and `stop` do
+    /// not depend on it.
     pub fn command(&mut self, command: Command, ready: Readiness) -> Result<(), Refusal> {
         let next = match (self.mode, command) {
             (Mode::Fault, Command::Hold) => return Err(Refusal::WrongMode),

@@ -2,7 +2,7 @@
 
 use core::ops::RangeInclusive;
 
-/// Largest component of a quaternion as it is written; it is normalised when it is taken.
+/// Largest component of a quaternion in the settings; it is normalised when it is read.
 pub(crate) const LARGEST_QUATERNION: f64 = 1.0e3;
 
 /// Dotted name of a settings field.

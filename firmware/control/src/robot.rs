@@ -1,4 +1,4 @@
-//! What the control cycle must know of a robot's interface; its link says it.
+//! What the control cycle must know of a robot's interface; the robot's link provides it.
 
 use crate::frames::vector;
 use crate::scalar::Scalar;
@@ -9,26 +9,26 @@ use nalgebra::UnitQuaternion;
 pub struct RobotInterface {
     /// Time between two telegrams, s. The robot is the clock.
     pub cycle_s: f64,
-    /// Orientations that cannot be commanded; none for a robot that takes quaternions or twists.
+    /// Orientations that cannot be commanded; `None` for a robot that takes quaternions or twists.
     pub gimbal_lock: Option<GimbalLock>,
 }
 
 /// Where the three angles of a robot's orientation are not defined.
 ///
-/// Whatever the convention of the angles, that is where one axis of M points along an axis of C, to
-/// either side. Near it a small rotation takes a large step of two angles.
+/// For any convention of the angles these are the orientations with one axis of M along an axis of C, in either direction. Near
+/// them a small rotation takes a large step of two angles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GimbalLock {
     /// Axis of M, a unit vector.
     pub axis_in_m: [f64; 3],
     /// Axis of C, a unit vector.
     pub axis_in_c: [f64; 3],
-    /// Largest angle of the one axis out of the plane across the other, rad, below π/2.
+    /// Largest angle of the axis of M out of the plane perpendicular to the axis of C, rad, below π/2.
     pub largest_angle_rad: f64,
 }
 
 impl GimbalLock {
-    /// Sine of the angle between the axis of M and the plane across the axis of C, not negative.
+    /// Sine of the angle between the axis of M and the plane perpendicular to the axis of C, not negative.
     pub(crate) fn sine<S: Scalar>(&self, orientation: &UnitQuaternion<S>) -> S {
         let axis_in_c = orientation * vector(&self.axis_in_m);
         axis_in_c.dot(&vector(&self.axis_in_c)).abs()

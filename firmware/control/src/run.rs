@@ -1,7 +1,7 @@
 //! The closed loop: from the contact wrench to the velocity that is sent and the commanded pose.
 //!
-//! A [`Run`] is made new by each `arm` and each jog. Its phases: zero cycles, a ramp in which both spacecraft glide
-//! with their initial velocities, then Newton; after a stop, the last velocity fades out.
+//! A [`Run`] is restarted by each `arm` and each jog. Its phases: zero cycles, a ramp in which both spacecraft glide with their
+//! initial velocities, then motion under the felt wrench; after a stop, the last velocity fades out.
 
 use crate::cost::{Phase, Probe};
 use crate::delay::guarded::Guarded;
@@ -34,13 +34,13 @@ pub(crate) struct Plan<S: Scalar> {
     ramp_cycles: u32,
     stop_cycles: u32,
     clamp_fault_cycles: u32,
-    /// With the largest sine that is allowed.
+    /// The gimbal lock and the largest sine that is allowed.
     gimbal_lock: Option<(GimbalLock, S)>,
-    /// Part of the rate that a cycle with a stale sensor takes away.
+    /// Fraction of the rate by which it falls in a frozen cycle, and rises again in others.
     authority_step: S,
 }
 
-/// What a cycle of the loop is given.
+/// Input of a cycle of the loop.
 pub(crate) struct LoopInput<'a, S: Scalar> {
     /// Contact wrench at M, axes of M.
     pub(crate) wrench: &'a Wrench<S>,
@@ -56,7 +56,7 @@ pub(crate) struct Run<S: Scalar> {
     pub(crate) state: TwoBodyState<S>,
     /// Velocity sent in the last cycle.
     pub(crate) last_sent: Twist<S>,
-    /// Velocities sent since the start, axes of C: over the cycle, the commanded translation.
+    /// Sum of the velocities sent since the start, axes of C: times the cycle it is the commanded translation.
     travelled: VelocitySum<S>,
     /// That translation, m.
     displacement: Vector3<S>,
@@ -64,7 +64,7 @@ pub(crate) struct Run<S: Scalar> {
     pub(crate) orientation: UnitQuaternion<S>,
     law: Guarded<S>,
     sent: SentHistory<S>,
-    /// What the law asked for in the last cycle in which the model was integrated.
+    /// The law's command in the last cycle in which the model was integrated.
     held: Twist<S>,
     /// Velocity of K seen from Q at the end of the last cycle, in the laboratory.
     last_relative: Twist<S>,
@@ -76,7 +76,7 @@ pub(crate) struct Run<S: Scalar> {
     box_center: Pose<S>,
     /// Cycles since the start.
     cycles: u32,
-    /// Part of the rate that is sent: 1, less while the sensor is stale.
+    /// Fraction of the rate that is sent: 1, less while the model is frozen and for some cycles after that.
     authority: S,
     /// Cycles in a row in which a limit acted.
     clamped_cycles: u32,
@@ -112,8 +112,7 @@ impl<S: Scalar> Plan<S> {
 }
 
 impl<S: Scalar> Run<S> {
-    /// The operator's initial conditions, at a measured pose of the robot, in the box around
-    /// another.
+    /// A run with the operator's initial conditions, at a measured pose of the robot, with the box around another one.
     #[inline(always)] // or each level would hold a copy of the law on the stack
     pub(crate) fn new(settings: &Settings, start: &Pose<S>, box_center: &Pose<S>) -> Self {
         let state = TwoBodyState {
@@ -142,11 +141,11 @@ impl<S: Scalar> Run<S> {
         run
     }
 
-    /// The same as a new one, in place: a second state of the law would be large for the stack of a
+    /// Resets to the state of [`Self::new`] in place: a second state of the law would be too large for the stack of a
     /// microcontroller.
     #[inline(never)]
     pub(crate) fn restart(&mut self, settings: &Settings, start: &Pose<S>, center: &Pose<S>) {
-        // Each field by name: one that is new cannot be forgotten.
+        // All fields by name, so that a new one cannot be forgotten.
         let Self {
             state,
             last_sent,
@@ -241,15 +240,15 @@ impl<S: Scalar> Run<S> {
         if let Some(fault) = law.fault {
             return Err(fault);
         }
-        // A model that stands still bends its velocity, and a law that extrapolates makes a leap of that bend.
+        // A frozen model has a kink in its velocity, from which a law that extrapolates would make a jump.
         if !frozen {
             self.held = law.command;
         }
         self.send(plan, self.held * (share * authority), flags, trace)
     }
 
-    /// After the loop was opened: the last velocity fades out at constant deceleration, for longer than a stop is to
-    /// take where the limits allow no such deceleration. False at rest.
+    /// After the loop was opened: the last velocity fades out at constant deceleration, over more than the stop time if the
+    /// limits do not allow that deceleration. Returns `false` at rest.
     pub(crate) fn fade_out(&mut self, plan: &Plan<S>, trace: &mut Trace) -> Result<bool, Fault> {
         let (step, left) = match self.fade {
             (_, 0) if self.last_sent == Twist::zero() => return Ok(false),
@@ -266,11 +265,11 @@ impl<S: Scalar> Run<S> {
         } else {
             self.last_sent - step
         };
-        // A sustained clamp would end the stop at once, in the jump that the fade is there to avoid.
+        // A fault by a sustained clamp would end the stop at once, with the jump that the fade avoids.
         self.clamped_cycles = 0;
         self.send(plan, command, LimitFlags::default(), trace)?;
         if trace.limits != LimitFlags::default() && left > 1 {
-            // Steps planned for what the limits took away would turn the motion round.
+            // The limits have taken away velocity: with the steps as planned the motion would reverse.
             self.fade.0 = self.last_sent * S::of(1.0 / f64::from(left - 1));
         }
         Ok(true)
@@ -285,7 +284,7 @@ impl<S: Scalar> Run<S> {
         distance > S::of(MOVED_M) || turn * S::of(2.0) > S::of(MOVED_RAD)
     }
 
-    /// Nothing moves any more, at once.
+    /// Stops at once.
     pub(crate) fn halt(&mut self) {
         self.last_sent = Twist::zero();
         self.fade.1 = 0;
@@ -297,7 +296,7 @@ impl<S: Scalar> Run<S> {
         S::of((f64::from(since) / f64::from(plan.ramp_cycles)).min(1.0))
     }
 
-    /// Moves both spacecraft: they glide in the ramp, then they feel what the law lets them feel.
+    /// Moves both spacecraft: in the ramp they glide, then they move under the wrench that the law lets them feel.
     fn integrate(&mut self, plan: &Plan<S>, input: &LoopInput<'_, S>, share: S, trace: &mut Trace) {
         if share < S::one() {
             for body in [&mut self.state.k, &mut self.state.q] {
@@ -311,7 +310,7 @@ impl<S: Scalar> Run<S> {
         self.state = plan.bodies.step(&self.state, &felt).0;
     }
 
-    /// Shows the law what it may see, as it is now.
+    /// Calls the law with its input as it is at present.
     fn ask<T>(
         &mut self,
         plan: &Plan<S>,
@@ -357,8 +356,8 @@ impl<S: Scalar> Run<S> {
         }
     }
 
-    /// The commanded orientation of the next cycle. A rotation towards the gimbal lock of the robot's
-    /// angles is left out, as at the edge of the box.
+    /// The commanded orientation of the next cycle. A rotation towards the gimbal lock of the robot's angles is suppressed, as at
+    /// the edge of the box.
     fn next_orientation(
         &self,
         plan: &Plan<S>,
@@ -423,8 +422,8 @@ impl<S: Scalar> Run<S> {
         Ok(())
     }
 
-    /// Sends this velocity, without the model and the delay law. `freeze` takes the last one before it away, as it does in a closed
-    /// loop: a jog jumps from one velocity to the next.
+    /// Sends this velocity, without model and delay law. With a reason in `freeze` the last velocity is sent instead, at a
+    /// falling rate as in a closed loop, as a jog may jump from one velocity to the next.
     pub(crate) fn jog(
         &mut self,
         plan: &Plan<S>,
@@ -440,8 +439,8 @@ impl<S: Scalar> Run<S> {
         self.send(plan, self.held * authority, freeze, trace)
     }
 
-    /// The part of the rate that is sent in this cycle: it falls while there is a reason not to
-    /// integrate, and rises again without.
+    /// The fraction of the rate that is sent in this cycle: it falls while there is a reason not to integrate, and rises again
+    /// otherwise.
     fn next_authority(&mut self, plan: &Plan<S>, frozen: bool) -> S {
         let change = if frozen {
             -plan.authority_step

@@ -1,14 +1,13 @@
 //! The number type that the control code is generic over.
 //!
-//! `f64` is the product (the STM32H743 has a double-precision FPU); `f32` and the 64-bit fixed
-//! point of a processor without FPU exist to show that nothing depends on a lucky exponent. The
-//! fixed-point type has 32 integer and 32 fraction bits: range ±2.1e9, resolution 2.3e-10, in SI
-//! units. Every quantity of the cycle is limited long before that range ends.
+//! The product uses `f64` (the STM32H743 has a double-precision FPU). `f32`, and the 64-bit fixed point of a processor without
+//! FPU, exist to show that no result depends on the range of an exponent. The fixed-point type has 32 integer and 32 fraction
+//! bits: range ±2.1e9, resolution 2.3e-10, in SI units. Every quantity of the cycle is limited long before that range ends.
 //!
-//! What the fixed-point type cannot do, and generic code must therefore leave alone (`clippy.toml`
-//! of this crate forbids it): `hypot`, `ln`, `powi` and seventeen more panic; atan2 overflows near
-//! ±90°, see [`Scalar::angle_of`]; the square root of a negative number, or of one from 2^30 on,
-//! does not come back, and the sine of a large angle takes a time that grows with the angle.
+//! Functions that the fixed-point type does not support, and that generic code must therefore not use (`clippy.toml` of this
+//! crate forbids it): `hypot`, `ln`, `powi` and seventeen more panic; atan2 overflows near ±90°, see [`Scalar::angle_of`]; the
+//! square root of a negative number, or of one from 2^30 on, does not return, and the sine of a large angle takes a time that
+//! grows with the angle.
 
 #![expect(
     clippy::disallowed_methods,
@@ -39,8 +38,8 @@ pub trait Scalar: RealField + Copy {
     fn get(self) -> f64;
     /// The angle (rad, −π to π) whose sine and cosine are in this proportion: atan2.
     fn angle_of(sine: Self, cosine: Self) -> Self;
-    /// The product, rounded to the nearest number, a half to the even one; out of range saturates. The `*` of [`Fixed`]
-    /// rounds downwards, which an orientation that is updated in every cycle would add up.
+    /// The product, rounded to the nearest number, ties to even; out of range saturates. The `*` of [`Fixed`] rounds downwards,
+    /// which would accumulate in an orientation that is updated in every cycle.
     fn times(self, factor: Self) -> Self;
 }
 
@@ -100,7 +99,7 @@ impl Scalar for Fixed {
     fn times(self, factor: Self) -> Self {
         let product = i128::from(self.to_bits()) * i128::from(factor.to_bits());
         let (below, rest) = (product >> 32, product & 0xffff_ffff);
-        // A half goes to the even neighbour: halves of angles are often exact halves of a digit.
+        // Ties to even: halves of angles are often exact halves of a digit.
         let nearest = below + i128::from(rest + (below & 1) > 1 << 31);
         Self::from_bits(nearest.clamp(i64::MIN.into(), i64::MAX.into()) as i64)
     }
@@ -123,7 +122,7 @@ mod tests {
         assert_eq!(large.times(-large).to_bits(), i64::MIN);
     }
 
-    /// All the way round, and at the four places where one of the two vanishes or nearly does.
+    /// All quadrants, and the four directions where sine or cosine vanishes or nearly does.
     #[test]
     fn an_angle_is_found_in_every_quadrant() {
         let around = (-1800..1800).map(|tenth| f64::from(tenth) * 1.745_329e-3);

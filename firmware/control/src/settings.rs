@@ -1,8 +1,7 @@
-//! What a person writes.
+//! The settings of the control cycle.
 //!
-//! `Settings` is plain SI text; [`Settings::validate`] names the field, the value and the allowed
-//! range of whatever does not fit, so that the cycle can build its ready-to-run form without a
-//! further check.
+//! `Settings` holds plain SI values. [`Settings::validate`] returns field, value and allowed range of the first value that does
+//! not fit, so that the cycle can be built from validated settings without a further check.
 
 pub use crate::bodies::{BodySettings, FrameSettings};
 
@@ -38,8 +37,7 @@ pub struct Settings {
 }
 }
 
-/// Whether a correction is added each cycle or is the total offset. The cycle does not look at it: it
-/// is the link's, as are the decimals.
+/// Whether a correction is added each cycle or is the total offset. Only the link uses it, not the cycle; likewise the decimals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -70,7 +68,7 @@ pub struct RobotSettings: "robot" {
 }
 }
 
-/// What to do about the wrench that accelerating the tool takes (section 3.2, last bracket).
+/// How to treat the wrench that the acceleration of the tool causes (section 3.2, last bracket).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]

@@ -1,4 +1,4 @@
-//! A sum of many small velocities that loses none of them.
+//! A sum of many small velocities without loss by rounding.
 
 use crate::frames::components;
 use crate::scalar::Scalar;
@@ -6,15 +6,14 @@ use nalgebra::Vector3;
 
 /// The sum of the velocities that were sent, m/s: times the cycle, the commanded translation.
 ///
-/// Adding a step of a micrometre to a decimetre rounds it, in the same direction cycle after cycle
-/// while the velocity is constant: an hour between two walls leaves 5 µm in f32, and 0.1 mm in
-/// fixed point, where each product with the cycle time is rounded down. Here velocities are added, which is exact in fixed
-/// point, and what a float rounds away is carried into the next addition (Kahan, "Further
-/// remarks on reducing truncation errors", CACM 8(1), 1965).
+/// Adding steps of a micrometre to a decimetre rounds each of them, in the same direction while the velocity is constant: an hour
+/// between two walls leaves 5 µm in f32, and 0.1 mm in fixed point, where each product with the cycle time is rounded down. Here
+/// velocities are added, which is exact in fixed point, and the rounding error of a float is carried into the next addition
+/// (Kahan, "Further remarks on reducing truncation errors", CACM 8(1), 1965).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct VelocitySum<S: Scalar> {
     sum: Vector3<S>,
-    /// What `sum` is too large by.
+    /// Excess of `sum` over the exact sum.
     excess: Vector3<S>,
 }
 
@@ -40,7 +39,7 @@ impl<S: Scalar> VelocitySum<S> {
         self.sum * ts
     }
 
-    /// The translation, m, in full: what is rounded to the digits of a correction.
+    /// The translation, m, in f64: it is rounded to the digits of a correction.
     pub(crate) fn translation_m(&self, cycle_s: f64) -> [f64; 3] {
         let (sum, excess) = (components(&self.sum), components(&self.excess));
         core::array::from_fn(|i| (sum[i] - excess[i]) * cycle_s)
@@ -53,7 +52,7 @@ mod tests {
     use crate::frames::vector;
     use crate::scalar::Fixed;
 
-    /// An hour at 1 mm/s and a bit, whose steps of 4 µm the scalar rounds.
+    /// An hour at slightly more than 1 mm/s, whose steps of 4 µm the scalar rounds.
     fn an_hour<S: Scalar>() -> f64 {
         let velocity = vector::<S>(&[1.234_567e-3, 0.0, 0.0]);
         let mut sum = VelocitySum::zero();

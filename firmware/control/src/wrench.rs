@@ -7,11 +7,11 @@ use crate::scalar::Scalar;
 use crate::settings::{DynamicCompensation, SensorSettings};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-/// Fastest motion that the estimator believes, m/s and rad/s: a jump of the measured pose, as when
-/// the robot starts anew, must not leave the range of fixed point as an acceleration.
+/// Largest velocity that the estimator accepts, m/s and rad/s: a jump of the measured pose, as when the robot restarts, must not
+/// leave the range of fixed point as an acceleration.
 const FASTEST: f64 = 10.0;
-/// Largest acceleration that the estimator comes to, m/s² and rad/s²: its gains hold for steps of
-/// one length, and gaps that alternate with cycles would make the estimate grow without end.
+/// Largest acceleration of the estimator, m/s² and rad/s²: its gains hold for steps of one length, and gaps that alternate with
+/// cycles would make the estimate grow without bound.
 const LARGEST_ACCELERATION: f64 = 1.0e3;
 /// Largest acceleration of the tool's centre of mass that is taken, m/s² (100 g), likewise.
 const LARGEST_M_S2: f64 = 1.0e3;
@@ -26,7 +26,7 @@ pub struct Compensation<S: Scalar> {
     mass: S,
     com: Vector3<S>,
     inertia: Matrix3<S>,
-    /// +1 load reaction, −1 as printed, none: switched off.
+    /// +1 load reaction, −1 as printed; `None`: switched off.
     inertial_sign: Option<S>,
 }
 
@@ -126,7 +126,7 @@ impl<S: Scalar> Compensation<S> {
     }
 }
 
-/// Most cycles between two poses that the estimate is carried over.
+/// Most cycles between two poses over which the estimate is extrapolated.
 const LONGEST_GAP: u32 = 100;
 
 /// Velocity and acceleration of M from its measured pose, by a critically damped (fading-memory,
@@ -196,8 +196,7 @@ impl<S: Scalar> MotionEstimator<S> {
         self.raw_velocity
     }
 
-    /// Whether the last pose that was taken came in a way that no robot moves: the estimate is at
-    /// the edge of its range.
+    /// Whether the last pose implies a motion that no robot makes: the estimate is at the limit of its range.
     pub fn saturates(&self) -> bool {
         self.saturates
     }
@@ -205,7 +204,7 @@ impl<S: Scalar> MotionEstimator<S> {
     /// Takes this cycle's measured pose of M in C, `cycles` after the last telegram; a telegram
     /// without a pose only lets time pass.
     pub fn update(&mut self, c_from_m: Option<&Pose<S>>, cycles: u32) {
-        // Longer ago, the estimate is worth nothing; the bound keeps it within fixed point.
+        // After a longer gap the estimate is worthless; the bound keeps it within fixed point.
         self.cycles = self.cycles.saturating_add(cycles).min(LONGEST_GAP);
         let Some(c_from_m) = c_from_m else { return };
         let elapsed = self.ts * S::of(f64::from(core::mem::take(&mut self.cycles)));

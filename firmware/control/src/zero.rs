@@ -6,7 +6,7 @@ use crate::scalar::Scalar;
 /// Samples of the mean: 64 cycles are a quarter second.
 const SAMPLES: u32 = 64;
 
-/// Mean of the last good samples: exact for the first 64, then exponential over as many.
+/// Mean of the good samples: arithmetic for the first 64, then exponential with that many.
 #[derive(Clone, Debug)]
 pub struct RestMean<S: Scalar> {
     mean: Wrench<S>,

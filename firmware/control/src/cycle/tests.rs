@@ -31,7 +31,7 @@ impl Bench {
         bench
     }
 
-    /// The robot, at x y z (m), A B C (rad).
+    /// Sets the robot's pose: x y z (m), A B C (rad).
     fn stands_at(&mut self, position_m: [f64; 3], abc_rad: [f64; 3]) {
         let rotation = orientation_from_abc::<f64>(&abc_rad);
         let pose = Pose::from_parts(Vector3::from(position_m).into(), rotation);
@@ -57,14 +57,14 @@ impl Bench {
         assert_eq!(self.command(Command::Arm).mode, Mode::Armed);
     }
 
-    /// The first cycle of the loop is done.
+    /// After this the first cycle of the loop is done.
     fn start(&mut self) {
         self.arm();
         assert_eq!(self.command(Command::Start).mode, Mode::Running);
     }
 }
 
-/// Spacecraft of which K moves, without a law.
+/// Settings with a moving K, without a delay law.
 fn moving(velocity_m_s: [f64; 3], angular_velocity_rad_s: [f64; 3]) -> Settings {
     let mut settings = Settings::default();
     settings.delay.law = LawName::None;
@@ -82,7 +82,7 @@ fn each_cycle_has_its_number_and_its_time() {
     }
 }
 
-/// A robot that lifts 12 kg with 0.3 m/s²: m (g + a) is removed, and nothing of it is a contact.
+/// A robot that lifts 12 kg with 0.3 m/s²: m (g + a) is removed completely, so that no contact is left.
 #[test]
 fn the_weight_of_the_tool_and_what_its_acceleration_takes_are_removed() {
     let mut settings = Settings::default();
@@ -144,7 +144,7 @@ fn a_robot_that_begins_anew_elsewhere_has_not_moved_there() {
     }
 }
 
-/// By hand, by another program: the loop would begin with a jump.
+/// The robot may be moved by hand or by another program: the loop would begin with a jump.
 #[test]
 fn a_robot_that_was_moved_since_it_was_armed_is_not_started() {
     for (by, refused) in [(0.5, false), (1.5, true)] {
@@ -200,7 +200,7 @@ fn the_commanded_pose_is_where_the_robot_began_and_what_it_was_sent_since() {
     }
 }
 
-/// What is sent along x from the stop of a run on, m/s, until the robot holds at rest.
+/// Velocities that are sent along x from the stop of a run on, m/s, until the robot holds at rest.
 fn stop_m_s(bench: &mut Bench) -> Vec<f64> {
     let mut trace = bench.command(Command::Stop);
     let mut sent_m_s = Vec::new();
@@ -254,7 +254,7 @@ fn a_stop_that_reaches_the_edge_of_the_box_fades_out() {
     assert!(sent_m_s.is_sorted_by(|a, b| a >= b), "{sent_m_s:?}");
 }
 
-/// Without a law nothing of the wrench is kept from the model.
+/// Without a law the model feels the whole measured wrench.
 #[test]
 fn a_contact_that_is_felt_whole_leaves_no_impulse_unaccounted() {
     let mut bench = Bench::new(&moving([0.01, 0.0, 0.0], [0.0; 3]));
@@ -308,7 +308,7 @@ fn a_zero_takes_nothing_of_a_contact_that_a_motion_brought() {
     assert_eq!(bench.step().1.wrench_at_m, [0.0; 6]);
 }
 
-/// B of a robot that is turned about y, towards the lock and away from it.
+/// The angle B of a robot that rotates about y, towards the gimbal lock and away from it.
 #[test]
 fn a_turn_ends_before_the_gimbal_lock_and_goes_on_away_from_it() {
     let began = LARGEST_B_RAD - 0.01;

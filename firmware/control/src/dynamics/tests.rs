@@ -26,7 +26,7 @@ fn the_kinetic_energy_is_that_of_translation_and_rotation() {
     assert!((body.kinetic_energy(&state) - expected).abs() < 1e-12);
 }
 
-/// What the space manipulator adds to the velocity of one cycle: acceleration, spring and damper, each alone and all.
+/// Change of velocity by the space manipulator in one cycle: acceleration, spring and damper, each alone and all together.
 #[test]
 fn the_space_manipulator_pulls_back_to_where_it_began_and_brakes() {
     let (mass, away, speed) = (8.0, 0.25, -0.5);
@@ -63,7 +63,7 @@ fn the_space_manipulator_turns_as_it_is_told() {
     assert_eq!(turned.velocity.angular, expected);
 }
 
-/// Both spacecraft far away side by side are not at a limit; each quantity of each alone is.
+/// Both spacecraft far away side by side are within the ranges; each quantity at its limit is reported for either of them.
 #[test]
 fn a_model_at_the_edge_of_its_range_says_so() {
     let rest = moving([0.0; 3], [0.0; 3]);

@@ -1,6 +1,6 @@
 use super::*;
 
-/// A frozen sensor of which every third cycle brings a sample: its reading is not believed for longer.
+/// A frozen sensor with a sample in every third cycle: its reading is not believed for longer.
 #[test]
 fn a_slow_sensor_may_not_repeat_for_longer_than_a_fast_one() {
     let mut health = Health::new(&Settings::default());
@@ -17,7 +17,7 @@ fn a_slow_sensor_may_not_repeat_for_longer_than_a_fast_one() {
     assert_eq!(fault, Some(Fault::new(FaultCode::SensorFrozen, 4.0, 6.0)));
 }
 
-/// A sensor that died in a busy network: its last sample ages with the telegrams that were lost since.
+/// A sensor that has failed on a busy network: its last sample ages with the telegrams that were lost since.
 #[test]
 fn a_sample_ages_with_lost_telegrams() {
     let mut health = Health::new(&Settings::default());
@@ -30,7 +30,7 @@ fn a_sample_ages_with_lost_telegrams() {
     assert_eq!(health.check(&inputs, Mode::Running, true), fault);
 }
 
-/// The exchange that the telegram behind a gap asks for is as fresh as any other.
+/// The sample that the telegram after a gap triggers is as fresh as any other.
 #[test]
 fn a_new_sample_behind_lost_telegrams_is_new() {
     let mut health = Health::new(&Settings::default());
@@ -57,7 +57,7 @@ fn the_worst_load_bends_the_motion_by_one_step_at_most() {
     assert!(unseen_cycles(&settings) > 1000);
 }
 
-/// What is believed of a pose ends at a kilometre, at a rotation, and at what is no number.
+/// A pose is refused beyond a kilometre, if its quaternion has not unit length, and if it is not finite.
 #[test]
 fn a_pose_is_believed_up_to_its_declared_range() {
     let at = |place: usize, value: f64| {
@@ -83,7 +83,7 @@ fn a_pose_is_believed_up_to_its_declared_range() {
     }
 }
 
-/// A cycle in which all is well; its number tells its sample from others.
+/// A cycle in which all is well; its number distinguishes its sample from others.
 fn well(cycle: u32) -> Inputs {
     let mut inputs = Inputs::default();
     inputs.robot.sequence = Sequence::Next;
@@ -93,7 +93,7 @@ fn well(cycle: u32) -> Inputs {
     inputs
 }
 
-/// The fault of a cycle that runs, behind one that was well; and what is said of the sample.
+/// The fault of a running cycle after one that was well; and whether its sample is good and the data allow arming.
 fn running(spoil: impl Fn(&mut Inputs)) -> (Option<Fault>, bool, Readiness) {
     let mut health = Health::new(&Settings::default());
     assert_eq!(health.check(&well(0), Mode::Running, true), None);
@@ -112,7 +112,7 @@ fn a_cycle_in_which_all_is_well_is_fit_for_everything() {
     assert_eq!(running(|_| {}), (None, true, Ok(())));
 }
 
-/// Each at once, each with the numbers that caused it; none of them is a sample to take a zero from.
+/// Each is a fault at once, with the numbers that caused it; none is a sample to take a zero from.
 #[test]
 fn what_the_sensor_cannot_have_measured_is_a_fault_at_once() {
     let unhealthy = |code, expected, received| {
@@ -157,7 +157,7 @@ fn status_bits_that_are_to_be_ignored_are() {
     }
 }
 
-/// A robot that does not move may do what ends a motion.
+/// The same events are allowed while the robot is not driven.
 #[test]
 fn what_the_robot_may_not_do_it_may_not_do_while_it_is_driven() {
     let robot = |spoil: fn(&mut Inputs)| {
@@ -192,7 +192,7 @@ fn what_the_robot_may_not_do_it_may_not_do_while_it_is_driven() {
     );
 }
 
-/// What the robot counted before the motion is not held against it.
+/// Late answers before the motion do not count.
 #[test]
 fn late_answers_count_from_the_last_cycle_at_rest() {
     let mut health = Health::new(&Settings::default());
@@ -225,7 +225,7 @@ fn nothing_is_a_fault_where_nothing_moves() {
     assert_eq!(health.check(&inputs, Mode::Idle, false), None);
 }
 
-/// Age by age: believed for three cycles, a fault after six.
+/// For each age: believed up to two cycles, a fault at six.
 #[test]
 fn a_sample_grows_old() {
     let mut health = Health::new(&Settings::default());
@@ -242,7 +242,7 @@ fn a_sample_grows_old() {
     }
 }
 
-/// New samples with the same six words: as old as the first of them, and a fault one beyond the most.
+/// New samples with the same six words are as old as the first of them; one more than allowed is a fault.
 #[test]
 fn a_reading_that_repeats_grows_old() {
     let mut health = Health::new(&Settings::default());
@@ -259,7 +259,7 @@ fn a_reading_that_repeats_grows_old() {
     assert!(!health.stale());
 }
 
-/// A sensor without noise may say so.
+/// The settings may say that the sensor has no noise.
 #[test]
 fn repeated_readings_may_be_allowed() {
     let mut settings = Settings::default();

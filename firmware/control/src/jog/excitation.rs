@@ -1,10 +1,9 @@
-//! A motion from which the robot's delay can be told: the jog of the commissioning.
+//! A motion from which the robot's delay can be identified: the jog of the commissioning.
 //!
-//! One axis stands still, goes forward with a velocity that jumps between two levels at pseudo-random
-//! times, comes back the same way, then goes to and fro, and stands still at its start. No sign
-//! changes inside of the first two parts, so that a pause at a zero crossing acts between them only;
-//! the last part has many. Both strokes begin and end slowly, so that no jump of the velocity is larger
-//! than [`LARGEST_JUMP`]. The whole is known before it begins.
+//! One axis rests, moves forward with a velocity that switches between two levels at pseudo-random times, returns with the same
+//! velocities reversed, then moves to and fro, and rests at its start. Within each of the first two parts the velocity keeps its
+//! sign, so that a pause at a zero crossing acts only between them; the last part has many reversals. Both strokes begin and end
+//! slowly, so that no jump of the velocity is larger than [`LARGEST_JUMP`]. The whole sequence is known before it begins.
 
 /// Cycles of rest before and after.
 const REST: u32 = 50;
@@ -18,8 +17,8 @@ const TO_AND_FRO: u32 = 216;
 const LEVELS: [f64; 2] = [0.4, 1.6];
 const REVERSED: f64 = 0.9;
 
-/// Fewest and most cycles of the forward stroke: fewer show too few jumps of the velocity, and the part
-/// to and fro would go farther.
+/// Fewest and most cycles of the forward stroke: a shorter one has too few jumps of the velocity, and the part to and fro would
+/// go farther than it.
 pub const FORWARD: [u32; 2] = [125, 2500];
 /// Fastest level over the mean speed.
 pub const FASTEST: f64 = LEVELS[1];
@@ -55,10 +54,10 @@ enum Part {
 }
 
 impl Excitation {
-    /// With this mean speed, m/s or rad/s, whose sign is the direction, and so many cycles of the stroke
-    /// forward, taken within [`FORWARD`]. The same `seed` gives the same jog.
+    /// A jog with this mean speed, m/s or rad/s, whose sign is the direction, and a forward stroke of so many cycles, clamped to
+    /// [`FORWARD`]. The same `seed` gives the same jog.
     pub fn new(mean_speed: f64, forward: u32, seed: u32) -> Self {
-        // Zero is the one state that a shift register never leaves.
+        // The generator would never leave the state zero.
         let seed = seed.wrapping_mul(0x9e37_79b9).max(1);
         Self {
             mean_speed,
@@ -78,13 +77,13 @@ impl Excitation {
         2 * REST + 2 * self.forward + TO_AND_FRO
     }
 
-    /// Farthest from the start that a stroke of so many cycles with this mean speed leads, m or rad: no
-    /// level is held for ever, but no more than the faster one could be.
+    /// Upper bound of the distance from the start, m or rad, of a stroke of so many cycles with this mean speed: that of the
+    /// faster level throughout.
     pub fn reach(mean_speed: f64, forward: u32, cycle_s: f64) -> f64 {
         mean_speed * FASTEST * f64::from(forward) * cycle_s
     }
 
-    /// Velocity of the next cycle; None when the jog is over.
+    /// Velocity of the next cycle, m/s or rad/s; `None` when the jog is over.
     pub fn next_velocity(&mut self) -> Option<f64> {
         while self.left == 0 {
             self.begin_next();
@@ -104,7 +103,7 @@ impl Excitation {
         (self.part, self.left) = match self.part {
             Part::RestBefore => (Part::Forward, self.forward),
             Part::Forward => {
-                // The return stroke is the forward stroke, reversed: it ends where it began.
+                // The return stroke draws the same numbers as the forward stroke, and so ends where that began.
                 self.random = self.seed;
                 (Part::Back, self.forward)
             }
@@ -136,7 +135,7 @@ impl Excitation {
             _ => holds[0] + self.draw() % span,
         };
         if self.part == Part::ToAndFro {
-            // Both directions have to fit.
+            // The remaining cycles have to hold both directions.
             self.hold = self.hold.min(self.left / 2).max(1);
             self.forward_hold = self.hold;
         }
@@ -148,7 +147,7 @@ impl Excitation {
         LEVELS[usize::from(inside && self.draw() & 1 == 1)]
     }
 
-    /// A shift register (Marsaglia's xorshift, 13 17 5).
+    /// The next pseudo-random number (Marsaglia's xorshift, 13 17 5).
     fn draw(&mut self) -> u32 {
         self.random ^= self.random << 13;
         self.random ^= self.random >> 17;
@@ -187,7 +186,7 @@ mod tests {
                 assert!(place.abs() < 1e-12, "seed {seed}: {place}");
                 assert!(least > -1e-12, "seed {seed}: {least} on the other side");
                 let reach = Excitation::reach(SPEED, forward, 0.004);
-                // Farther than at the slower level alone.
+                // Farther than with the slower level alone.
                 let slowest = reach * LEVELS[0] / LEVELS[1];
                 assert!(most <= reach && most > slowest, "{most} of {reach}");
                 let ends = jog[..50].iter().chain(&jog[jog.len() - 50..]);
@@ -218,8 +217,8 @@ mod tests {
         assert!(signs.count() >= 5);
     }
 
-    /// What tells a delay: levels and their times that do not repeat. Of 200 strokes each level takes about half of the
-    /// time, holds of every length occur, and no two are the same.
+    /// What identifies a delay: levels and times that do not repeat. In 200 strokes each level takes about half of the time,
+    /// holds of every length occur, and no two strokes are equal.
     #[test]
     fn levels_and_their_times_are_irregular() {
         let forward = 390;
@@ -249,7 +248,7 @@ mod tests {
         assert!(holds[..shortest].iter().all(|count| *count == 0));
     }
 
-    /// Long enough for a drive that is slow to turn round.
+    /// Each direction lasts long enough for a drive that reverses slowly.
     #[test]
     fn to_and_fro_no_direction_is_short() {
         let jog = jog(390, 1);

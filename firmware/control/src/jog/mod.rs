@@ -9,9 +9,9 @@ use crate::robot::GimbalLock;
 use crate::scalar::Scalar;
 use excitation::{Excitation, FASTEST, FORWARD, LARGEST_JUMP};
 
-/// Every jog draws the same levels: what was seen once is what will be seen again.
+/// Every jog has the same sequence, so that it can be compared with an earlier one.
 const SEED: u32 = 1;
-/// Slowest mean speed, m/s and rad/s: below what any allowed limit could ask for.
+/// Slowest mean speed, m/s and rad/s: below what any allowed limit could require.
 const SLOWEST: f64 = 1.0e-7;
 
 /// Axis and direction of a jog. X, Y and Z are the axes of C; A, B and C turn about z, y and x of M.
@@ -77,7 +77,7 @@ pub struct JogSettings {
 }
 }
 
-/// Bounds of a kind of motion.
+/// Bounds for translation or rotation.
 struct Bounds {
     speed: FieldName,
     reach: FieldName,
@@ -86,7 +86,7 @@ struct Bounds {
 }
 
 impl JogSettings {
-    /// Checks every field, and that it fits beside the limits.
+    /// Checks every field, and that the jog keeps within the limits.
     pub(crate) fn validate(
         &self,
         limits: &LimitSettings,
@@ -122,7 +122,7 @@ impl JogSettings {
         self.seeded(jog, cycle_s, SEED)
     }
 
-    /// Likewise, drawn from another seed.
+    /// The velocities of a jog with another seed.
     pub fn seeded(&self, jog: Jog, cycle_s: f64, seed: u32) -> Excitation {
         let (speed, reach) = self.motion(jog);
         let (_, sign) = jog.component();
@@ -131,7 +131,7 @@ impl JogSettings {
     }
 }
 
-/// A jog that is under way.
+/// A jog in progress.
 #[derive(Clone, Debug)]
 pub(crate) struct JogRun {
     jog: Jog,
@@ -145,7 +145,7 @@ impl JogRun {
         Self { jog, excitation }
     }
 
-    /// The velocity of the next cycle; None when the jog is over.
+    /// The velocity of the next cycle; `None` when the jog is over.
     pub(crate) fn next_velocity<S: Scalar>(&mut self) -> Option<Twist<S>> {
         let (axis, _) = self.jog.component();
         let velocity = self.excitation.next_velocity()?;

@@ -22,14 +22,14 @@ fn each_axis_has_a_jog_in_both_directions() {
     assert_eq!(axes, [0, 1, 2, 5, 4, 3], "A, B and C turn about z, y and x");
 }
 
-/// Whether the default jog passes beside limits that are changed.
+/// Whether the default jog is accepted with these limits.
 fn passes(change: impl FnOnce(&mut LimitSettings)) -> bool {
     let mut limits = LimitSettings::default();
     change(&mut limits);
     JogSettings::default().validate(&limits, CYCLE_S).is_ok()
 }
 
-/// What the jog takes of each limit is enough, and less is not.
+/// Each limit at the value that the jog needs is enough, and slightly less is not.
 #[test]
 fn a_jog_that_the_limits_would_cut_is_refused() {
     let jog = JogSettings::default();
@@ -51,7 +51,7 @@ fn a_jog_that_the_limits_would_cut_is_refused() {
     }
 }
 
-/// A box in which the shortest jog that tells something just fits.
+/// A box in which the shortest useful jog just fits.
 #[test]
 fn a_slow_jog_fits_into_a_small_box() {
     let shortest = Excitation::reach(0.02, FORWARD[0], CYCLE_S);
@@ -69,7 +69,7 @@ fn a_slow_jog_fits_into_a_small_box() {
     }
 }
 
-/// From a place in the box around a centre: X, Y, Z in m, then an angle about z in rad.
+/// Whether there is room for a jog from a place relative to the centre of the box: X, Y, Z in m, then an angle about z in rad.
 fn has_room_at(jog: Jog, from_center: [f64; 4]) -> bool {
     let center = Pose::from_parts(
         frames::vector::<f64>(&[1.0, -2.0, 0.5]).into(),

@@ -37,7 +37,7 @@ proptest! {
         check::<Fixed>(&wanted, &last, 1e-5);
     }
 
-    /// Too fast to brake before the edge: the edge holds against the limit of the acceleration.
+    /// Too fast to brake before the edge: the edge takes precedence over the limit of the acceleration.
     #[test]
     fn the_edge_is_never_passed_at_any_speed(
         left in prop::array::uniform3(-1e-3..1e-3f64),
@@ -113,7 +113,7 @@ fn every_setting_has_its_range() {
     }
 }
 
-/// Recordings carry these bits: bit by bit, none twice, and each is found, taken away and kept.
+/// Recordings contain these bits: each flag has its own bit, and can be set, found and removed.
 #[test]
 fn each_flag_is_a_bit_of_its_own() {
     let flags = [
@@ -137,7 +137,8 @@ fn each_flag_is_a_bit_of_its_own() {
     }
 }
 
-/// Beyond, and not at the limit; the length counts, not a component; the torque where the force is not beyond.
+/// An overload is beyond the limit, not at it; it is that of the length, not of a component; the torque is reported if the force
+/// is not beyond.
 #[test]
 fn an_overload_is_told_with_its_numbers() {
     let load = |force: [f64; 3], torque: [f64; 3]| {
@@ -159,7 +160,7 @@ fn an_overload_is_told_with_its_numbers() {
     assert_eq!(limits.overload(&heavy), Some((3000.0, 3001.0)));
 }
 
-/// 10 m/s² and a quarter of it to brake with: √(2 · 2.5 · d), and half of the way per cycle at the end.
+/// With 10 m/s², a quarter of which brakes: √(2 · 2.5 · d), and half of the distance per cycle near the edge.
 #[test]
 fn the_speed_before_an_edge_is_the_one_that_can_be_braked() {
     let limits = Limits::<f64>::new(&LimitSettings::default(), 0.004);
@@ -171,7 +172,7 @@ fn the_speed_before_an_edge_is_the_one_that_can_be_braked() {
     assert_eq!((speed(0.0), speed(-0.1)), (0.0, 0.0));
 }
 
-/// One cycle at rest near an edge: what is sent of 0.1 m/s, and whether the box is told.
+/// One cycle from rest near an edge: the velocity that is sent, and whether the box is flagged.
 fn near_the_edge(axis: usize, left_m: f64, velocity: f64) -> (f64, bool) {
     let settings = LimitSettings {
         acceleration_m_s2: 1000.0,
@@ -187,8 +188,8 @@ fn near_the_edge(axis: usize, left_m: f64, velocity: f64) -> (f64, bool) {
     (sent.linear[axis], flags.has(LimitFlags::BOX))
 }
 
-/// Both edges of each axis: far away nothing is braked, near it half of the way is left per cycle, and beyond it nothing
-/// is.
+/// Both edges of each axis: far away nothing is limited, near the edge half of the distance is left per cycle, and at or beyond
+/// it nothing is sent.
 #[test]
 fn a_box_brakes_towards_its_edges_only() {
     for axis in 0..3 {
@@ -205,7 +206,7 @@ fn a_box_brakes_towards_its_edges_only() {
     }
 }
 
-/// Turned about an axis by so much, and turning on.
+/// One cycle of a rotation that continues from this angle: the velocity that is sent, and whether the box is flagged.
 fn turning(from_rad: f64, velocity_rad_s: f64) -> (f64, bool) {
     let settings = LimitSettings {
         acceleration_rad_s2: 1000.0,
@@ -218,7 +219,7 @@ fn turning(from_rad: f64, velocity_rad_s: f64) -> (f64, bool) {
     (sent.angular.y, flags.has(LimitFlags::BOX))
 }
 
-/// The same for the angle, whichever of its two quaternions says it: the way back is free.
+/// The same for the angle, for either of its two quaternions; the way back is not limited.
 #[test]
 fn a_turn_is_braked_on_its_way_out_only() {
     for sign in [1.0, -1.0] {
@@ -231,7 +232,7 @@ fn a_turn_is_braked_on_its_way_out_only() {
     }
 }
 
-/// At the edge, at rest: nothing is held back. And a turn about another axis is no way out.
+/// At the edge at rest nothing is flagged; and a rotation about another axis is not outward.
 #[test]
 fn what_leads_nowhere_is_not_braked() {
     let settings = LimitSettings::default();
@@ -246,8 +247,8 @@ fn what_leads_nowhere_is_not_braked() {
     assert_eq!((sent, flags), (across, LimitFlags::default()));
 }
 
-/// The last resort by itself, with a cycle of half a second and a box of a quarter metre: the velocity that is left, and
-/// whether it is told.
+/// The final limit alone, with a cycle of half a second and a box of a quarter metre: the velocity that is left, and whether it
+/// is flagged.
 fn kept(now: [f64; 2], velocity: [f64; 2]) -> ([f64; 2], bool) {
     let limits = Limits::<f64>::new(&LimitSettings::default(), 0.5);
     let mut flags = LimitFlags::default();

@@ -39,7 +39,7 @@ fn running_is_reached_only_through_hold_and_arm() {
     assert_eq!(modes.mode(), Mode::Running);
 }
 
-/// Each command in each mode, on fit data and on unfit: the table of docs/modes.md without events.
+/// Each command in each mode, with data that allow it and data that do not: the table of docs/modes.md without events.
 #[test]
 fn each_command_leads_where_the_table_says() {
     use Mode::{Armed, Fault, Hold, Idle, Jogging, Running};

@@ -1,4 +1,4 @@
-//! Refusals and faults for a person. Recordings have words of their own, which never change.
+//! Texts of refusals and faults for people. Recordings have their own names, which never change.
 
 use super::{FaultCode, Refusal};
 use core::fmt::{Display, Formatter, Result};
@@ -20,7 +20,7 @@ impl Display for Refusal {
     }
 }
 
-/// What was too much, as the name of the numbers of a [`Fault`](super::Fault).
+/// The quantity to which the numbers of a [`Fault`](super::Fault) refer.
 impl Display for FaultCode {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
         f.write_str(match self {
