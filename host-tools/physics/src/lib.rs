@@ -1,4 +1,4 @@
-//! The physics of a docking rig as far as a log can show it.
+//! The physics of a docking rig as far as a log shows it.
 //!
 //! | module | |
 //! |---|---|

@@ -3,8 +3,8 @@
 /// Ratio of the golden section.
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
-/// Minimum of a `cost` with several valleys in `low..=high`, where and how low: the best of the ends of so many equal
-/// `cells`, then [`brent`] in the cells beside it, to a `tolerance` in cells.
+/// Minimum of a `cost` with several valleys in `low..=high`; returns its place and its value. The cost is evaluated at the ends
+/// of `cells` equal cells; [`brent`] then searches the two cells beside the best one, to a `tolerance` in cells.
 pub fn lowest_valley(
     (low, high): (f64, f64),
     cells: u32,
@@ -21,15 +21,15 @@ pub fn lowest_valley(
     brent(beside, tolerance * cell, cost)
 }
 
-/// Minimum of a smooth `cost` in `low..high`, where and how low: parabolas through the three best
-/// places, golden sections where they do not shrink (Brent 1973, chapter 5). `start` lies inside;
-/// the place is known to `tolerance`.
+/// Minimum of a smooth `cost` in `low..high`; returns its place and its value. Parabolas through the three best places, golden
+/// sections where these do not shrink the range (Brent 1973, chapter 5). `start` lies inside; the place is accurate to
+/// `tolerance`.
 pub fn brent(
     (low, start, high): (f64, f64, f64),
     tolerance: f64,
     mut cost: impl FnMut(f64) -> f64,
 ) -> (f64, f64) {
-    /// More than golden sections would take for a millionth of the range.
+    /// More steps than golden sections need for a millionth of the range.
     const MOST: usize = 30;
     let (mut a, mut b) = (low, high);
     // The best place, the one before it, and the one before that.
@@ -69,7 +69,7 @@ pub fn brent(
     best
 }
 
-/// Place of the extremum of the parabola through three points, if they determine one.
+/// Place of the extremum of the parabola through three points; `None` if they do not determine one.
 fn vertex(a: (f64, f64), b: (f64, f64), c: (f64, f64)) -> Option<f64> {
     let left = (a.0 - b.0) * (a.1 - c.1);
     let right = (a.0 - c.0) * (a.1 - b.1);
@@ -78,8 +78,8 @@ fn vertex(a: (f64, f64), b: (f64, f64), c: (f64, f64)) -> Option<f64> {
     at.is_finite().then_some(at)
 }
 
-/// Minimum of `cost` near `start` by the simplex of Nelder and Mead (1965), with its usual
-/// coefficients; `scale` is the first step in each direction.
+/// Minimum of `cost` near `start` by the simplex of Nelder and Mead (1965), with its usual coefficients; returns its place and
+/// its value. `scale` is the first step in each direction.
 pub fn nelder_mead(
     start: &[f64],
     scale: &[f64],
@@ -155,7 +155,7 @@ mod tests {
     #[test]
     fn of_several_valleys_the_lowest_is_found() {
         let (x, value) = lowest_valley((-4.0, 4.0), 16, 1e-4, |x| (5.0 * x).cos() + 0.1 * x);
-        // cos has its bottoms at odd multiples of π/5; the slope moves them by 0.1/25.
+        // cos has its minima at odd multiples of π/5; the slope moves them by 0.1/25.
         let bottom = -std::f64::consts::PI - 0.004;
         assert!((x - bottom).abs() < 1e-4, "{x}");
         assert!(

@@ -5,10 +5,10 @@ use super::mechanism::ACTS_AT;
 use super::{Law, Slide};
 use std::collections::BTreeMap;
 
-/// Whether these linear parameters, by their places, mean anything beside the effects that are there.
+/// Whether a subset of the linear parameters, given by their places, makes sense beside the effects that are present (ids).
 pub type IsWhole = fn(parameters: &[usize], beside: &dyn Fn(&str) -> bool) -> bool;
 
-/// An effect's catalogue entry: everything that anybody has to know about it.
+/// An effect's catalogue entry: all information on the effect.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
 pub struct Effect {
     /// Stable identifier, as used in model files and verdicts.
@@ -38,26 +38,27 @@ pub struct Effect {
     /// How it acts.
     #[serde(skip)]
     pub law: Law,
-    /// Its linear parameters are parts of their own: some may be missing.
+    /// Its linear parameters are independent: some may be absent.
     #[serde(skip)]
     pub separable: bool,
-    /// Effects of which it is a detail, looked for only beside what is found, with the linear parameters, in their
-    /// order, with which it is no more than that effect: where the logs do not tell the detail, these take its place.
+    /// Effects of which it is a detail. It is then looked for only beside what is found. Each comes with the linear parameters,
+    /// in their order, with which this effect equals that one: where the logs do not determine the detail, that one takes its
+    /// place.
     #[serde(skip)]
     pub detail_of: &'static [(&'static str, &'static [f64])],
-    /// Whether some of its parameters mean anything without the others.
+    /// Whether some of its parameters make sense without the others.
     #[serde(skip)]
     pub is_whole: IsWhole,
-    /// What it is a form of.
+    /// Kind of effect of which it is one form.
     #[serde(skip)]
     pub kind: Option<Kind>,
-    /// A parameter that cannot be larger, of either sign, than that of another effect.
+    /// A parameter whose absolute value is bounded by a parameter of another effect.
     #[serde(skip)]
     pub difference_of: Option<Difference>,
 }
 
-/// A parameter by whose amount that of another effect is more in one direction and less in the other: where it is larger than
-/// that one, what brakes would drive.
+/// A parameter by which another effect's parameter is larger in one direction and smaller in the other. Its absolute value cannot
+/// exceed that parameter: what brakes would otherwise drive in one direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Difference {
     /// Its place.
@@ -69,7 +70,7 @@ pub struct Difference {
 }
 
 impl Effect {
-    /// What an entry has unless it says otherwise.
+    /// The defaults of an entry.
     pub const PLAIN: Self = Self {
         id: "",
         title: "",
@@ -103,7 +104,7 @@ impl Effect {
         !self.detail_of.is_empty()
     }
 
-    /// Whether only a bearing has it.
+    /// Whether it exists only for a bearing.
     pub fn is_of_a_bearing(&self) -> bool {
         matches!(self.law, Law::Bearing(_))
     }
@@ -117,18 +118,18 @@ impl Effect {
         }
     }
 
-    /// Whether it says where a mass is, and not how large.
+    /// Whether it changes only the place of a mass, not its size.
     pub fn is_centre_of_mass_alone(&self) -> bool {
         !self.parameters.is_empty() && self.parameters.iter().all(|p| p.unit == "m")
     }
 
-    /// Whether it is the weight of what turns about a bearing: a torque there that follows the angle.
+    /// Whether it is the weight of a body that turns about a bearing: a torque there that depends on the angle.
     pub fn is_weight_about_bearing(&self) -> bool {
         self.is_of_a_bearing() && self.acts_by_position(true)
     }
 
-    /// Whether it acts by where something is, and not only by how that moves. `turns`: what moves turns about a bearing, and
-    /// the weight of a tool with it.
+    /// Whether it depends on the position, and not only on velocity and acceleration. `turns`: the moving side turns about a
+    /// bearing, and the weight of a tool with it.
     pub fn acts_by_position(&self, turns: bool) -> bool {
         match self.law {
             Law::Spring(_) => true,
@@ -148,12 +149,12 @@ impl Effect {
         }
     }
 
-    /// Whether only a docking mechanism has it.
+    /// Whether it exists only for a docking mechanism.
     pub fn is_of_a_docking(&self) -> bool {
         matches!(self.law, Law::Docking(_))
     }
 
-    /// Whether only a drive has it whose commands are recorded in the place of a sensor's readings.
+    /// Whether it exists only for a drive whose commands are recorded instead of a sensor's readings.
     pub fn is_of_a_drive(&self) -> bool {
         matches!(self.law, Law::Drive(_))
     }
@@ -163,7 +164,7 @@ impl Effect {
         self.parameters.iter().position(|p| p.name == name)
     }
 
-    /// Values in the order of the parameters; what is left out has its default.
+    /// Values in the order of the parameters; missing ones have their default.
     pub fn values(&self, given: &BTreeMap<String, f64>) -> Vec<f64> {
         let value = |p: &Parameter| given.get(p.name).copied().unwrap_or(p.default());
         self.parameters.iter().map(value).collect()
@@ -191,43 +192,42 @@ pub struct Parameter {
     /// How it enters the law.
     #[serde(skip)]
     pub role: Role,
-    /// Sizes of which a simulated rig hides one.
+    /// Range from which a simulated rig draws the value of a hidden effect; `None`: it has the default.
     #[serde(skip)]
     pub hidden: Option<Draw>,
     /// Value in the picture of the effect, large enough to be seen.
     #[serde(skip)]
     pub pictured: f64,
-    /// Least share that it can be of what the nominal tool has: of its mass, or of its moment of inertia. 0: any.
+    /// Least value relative to the nominal tool's mass, or moment of inertia. 0: no such bound.
     #[serde(skip)]
     pub of_the_tool: f64,
-    /// It stands for all other linear parameters at once: a diagnosis names it alone, or the others.
+    /// It acts like all other linear parameters at once: a diagnosis names it alone, or the others.
     #[serde(skip)]
     pub common: bool,
     /// What the values 0, 1, .. of a choice mean.
     pub words: &'static [&'static str],
-    /// Plausible range of the same of a rotation, in its unit, where that is another one.
+    /// Plausible range for rotations, in their unit, where it differs.
     pub of_rotations: Option<[f64; 2]>,
 }
 
 /// How a parameter enters the law of its effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Role {
-    /// It multiplies its part of the law; 0: no such part.
+    /// It multiplies its part of the law; at 0 that part is absent.
     Linear,
-    /// It shapes the law.
+    /// It enters the law nonlinearly, as a shape.
     Shape(Tried),
-    /// It says which form the law has: no physical size that matters, it has no interval.
+    /// It selects the form of the law: no physical size of interest, so that it has no interval.
     Form(Tried),
 }
 
-/// Distance of the parts of a bearing that slide on each other from its axis, m: a length of a guide over it is an
-/// angle of a bearing.
+/// Distance of a bearing's sliding surfaces from its axis, m: a length along a guide, divided by it, is an angle of a bearing.
 const LEVER_M: f64 = 0.05;
-/// Angle by such a length, rad/m.
+/// Angle per length, rad/m.
 const PER_LEVER: f64 = 1.0 / LEVER_M;
 
 impl Role {
-    /// The same with values so many times as large.
+    /// The same role with all values multiplied by `share`.
     fn times(self, share: f64) -> Self {
         match self {
             Self::Linear => self,
@@ -242,11 +242,12 @@ impl Role {
 pub struct Tried {
     /// Values that are tried.
     pub values: &'static [f64],
-    /// Value where a model file does not give one.
+    /// Value if a model file does not give one.
     pub default: f64,
-    /// It takes any value between those that are tried.
+    /// It may take any value between those that are tried.
     pub continuous: bool,
-    /// Largest value that a search takes. What fits only with more imitates other effects; a fit that was asked for may move there.
+    /// Largest value in a search. An effect that fits only with a larger one imitates other effects; a fit that the user asks for
+    /// may go beyond.
     pub most: f64,
 }
 
@@ -273,9 +274,8 @@ impl Tried {
 
 /// Range of sizes that a simulated rig hides.
 ///
-/// They are made for the diagnosis scenario (200 kg at 40 mm/s between two springs of 6 kN/m, noise
-/// of 0.2 N and 1 µm): each is several times the noise in the channel that shows it, and none makes
-/// the closed loop run away.
+/// They are chosen for the diagnosis scenario (200 kg at 40 mm/s between two springs of 6 kN/m, noise of 0.2 N and 1 µm): each is
+/// several times the noise in the channel that shows it, and none destabilises the closed loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Draw {
     /// Smallest.
@@ -306,7 +306,7 @@ impl Parameter {
         }
     }
 
-    /// The same of a rotation has another range: joints and shafts are not as fast in radians as flanges in metres.
+    /// Has another range for rotations: joints and shafts are not as fast in radians as flanges in metres.
     pub(super) const fn of_rotations(self, low: f64, high: f64) -> Self {
         Self {
             of_rotations: Some([low, high]),
@@ -314,7 +314,7 @@ impl Parameter {
         }
     }
 
-    /// A shape that a search takes up to a value, and a fit up to the end of the range.
+    /// Limits the search for a shape to a value; a fit may go up to the end of the range.
     pub(super) const fn searched_to(mut self, most: f64) -> Self {
         if let Role::Shape(tried) = &mut self.role {
             tried.most = most;
@@ -322,7 +322,7 @@ impl Parameter {
         self
     }
 
-    /// It says which of some forms the law has: 0 the first of these words, which is the usual one, 1 the second ..
+    /// A choice of the form of the law: 0 is the first of these words, the usual one, 1 the second ..
     pub const fn choice(name: &'static str, words: &'static [&'static str]) -> Self {
         let values: &[f64] = match words.len() {
             2 => &[0.0, 1.0],
@@ -332,30 +332,30 @@ impl Parameter {
         Self { words, ..new }
     }
 
-    /// It shapes the law.
+    /// Makes it a shape of the law.
     pub const fn shape(self, values: &'static [f64], default: f64) -> Self {
         let role = Role::Shape(Tried::new(values, default, true));
         Self { role, ..self }
     }
 
-    /// A delay or a time constant that is searched, from a part of a cycle of 4 ms to ten of them.
+    /// Makes it a delay or a time constant; the search tries from a part of a cycle of 4 ms to ten of them.
     pub const fn delay_or_lag(self) -> Self {
         self.shape(&[2e-4, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 1.6e-2, 4e-2], 0.0)
     }
 
-    /// It says which form the law has.
+    /// Makes it a form of the law, with the given values only.
     pub const fn form(self, values: &'static [f64], default: f64) -> Self {
         let role = Role::Form(Tried::new(values, default, false));
         Self { role, ..self }
     }
 
-    /// A form that has a size.
+    /// Makes it a form with a continuous size.
     pub const fn form_size(self, values: &'static [f64], default: f64) -> Self {
         let role = Role::Form(Tried::new(values, default, true));
         Self { role, ..self }
     }
 
-    /// Sizes that a simulated rig hides.
+    /// Sets the range from which a simulated rig draws a hidden value.
     pub const fn hidden(self, low: f64, high: f64) -> Self {
         let (signed, step) = (false, 0.0);
         Self {
@@ -369,7 +369,7 @@ impl Parameter {
         }
     }
 
-    /// They are hidden with either sign.
+    /// Hidden values have either sign.
     pub const fn either_sign(mut self) -> Self {
         if let Some(draw) = &mut self.hidden {
             draw.signed = true;
@@ -377,7 +377,7 @@ impl Parameter {
         self
     }
 
-    /// They are hidden as multiples of this.
+    /// Hidden values are multiples of this.
     pub const fn in_steps(mut self, step: f64) -> Self {
         if let Some(draw) = &mut self.hidden {
             draw.step = step;
@@ -393,7 +393,7 @@ impl Parameter {
         }
     }
 
-    /// It stands for all other linear parameters at once.
+    /// It acts like all other linear parameters at once.
     pub const fn common(self) -> Self {
         Self {
             common: true,
@@ -401,7 +401,7 @@ impl Parameter {
         }
     }
 
-    /// It is at least this share of what the nominal tool has.
+    /// Its value is at least this share of the nominal tool's.
     pub const fn of_the_tool(self, share: f64) -> Self {
         Self {
             of_the_tool: share,
@@ -409,10 +409,10 @@ impl Parameter {
         }
     }
 
-    /// The same of a bearing, where forces are torques and displacements are angles: those that a point at `LEVER_M`
-    /// from the axis turns by. A speed that shapes or forms a law may be that of the bearing's surfaces or of a gear's, which turns a
-    /// multiple of it: it begins as on a guide, and ends by the lever. The numbers of all other ranges stay. A torque
-    /// acts at no point.
+    /// The parameter for a bearing, where forces are torques and displacements are angles, those of a point at `LEVER_M` from the
+    /// axis. A speed that is a shape or form may be that of the bearing's surfaces, or of a gear that turns a multiple of it: its
+    /// range begins as on a guide, and its end is divided by the lever. All other ranges keep their numbers. A torque has no
+    /// point of action.
     pub fn of_a_bearing(&self) -> Self {
         if self.name == ACTS_AT.name {
             return self.form(&[0.0], 0.0);
@@ -450,7 +450,7 @@ impl Parameter {
         }
     }
 
-    /// Plausible range of translations, or of rotations in their unit.
+    /// Plausible range for translations, or for rotations in their unit.
     pub fn range(&self, rotation: bool) -> [f64; 2] {
         let own = self.of_rotations.filter(|_| rotation);
         own.unwrap_or([self.low, self.high])
@@ -466,17 +466,17 @@ impl Parameter {
         value >= self.low && value <= self.high
     }
 
-    /// Whether it says which form the law has.
+    /// Whether it selects the form of the law.
     pub fn is_form(&self) -> bool {
         matches!(self.role, Role::Form(_))
     }
 
-    /// Whether it does so by its size.
+    /// Whether it is a form with a continuous size.
     pub fn is_form_size(&self) -> bool {
         matches!(self.role, Role::Form(tried) if tried.continuous)
     }
 
-    /// Where its search begins; None if it is linear.
+    /// Values with which its search begins; `None` if it is linear.
     pub fn tried(&self) -> Option<&Tried> {
         match &self.role {
             Role::Linear => None,
@@ -484,12 +484,12 @@ impl Parameter {
         }
     }
 
-    /// What a value of a choice means; none if its numbers mean themselves.
+    /// The word for a value of a choice; `None` if the parameter is no choice.
     pub fn word(&self, value: f64) -> Option<&'static str> {
         self.words.get(value as usize).copied()
     }
 
-    /// Its value where none is given.
+    /// Its value if none is given.
     pub fn default(&self) -> f64 {
         self.tried().map_or(0.0, |tried| tried.default)
     }
@@ -534,8 +534,7 @@ pub enum Naming {
     Shape,
 }
 
-/// Effects of which one contains or imitates the other: two of a kind beside each other are one
-/// effect whose form is not in the catalogue.
+/// Kinds of effects that contain or imitate each other: two of a kind together are one effect whose form is not in the catalogue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A friction that changes its sign with the direction.
@@ -561,7 +560,7 @@ mod tests {
         assert!(!offset.is_plausible(f64::NAN));
     }
 
-    /// 0.1 mm at 50 mm from the axis are 2 mrad, 0.1 m/s are 2 rad/s; forces and their numbers become torques.
+    /// 0.1 mm at 50 mm from the axis are 2 mrad, 0.1 m/s are 2 rad/s; forces become torques with the same numbers.
     #[test]
     fn lengths_and_speeds_of_a_guide_are_those_of_a_bearing() {
         let length = Parameter::new("presliding_m", "m", 0.0, 5e-4).form_size(&[0.0, 1e-4], 0.0);

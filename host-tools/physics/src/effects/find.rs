@@ -1,4 +1,4 @@
-//! Finding an effect by what a person remembers of it.
+//! Finds an effect by id, or by a word that the user remembers.
 
 use super::{CATALOGUE, Effect, by_id};
 use anyhow::{Result, bail};
@@ -10,7 +10,7 @@ const OFFERED: usize = 5;
 /// The effect with this id.
 ///
 /// # Errors
-/// There is none; the error offers the nearest id, or those that have the word in id, title or summary.
+/// There is no such effect; the error suggests the nearest id, or effects with the word in id, title or summary.
 pub fn named(id: &str) -> Result<&'static Effect> {
     match by_id(id) {
         Some(effect) => Ok(effect),
@@ -18,8 +18,7 @@ pub fn named(id: &str) -> Result<&'static Effect> {
     }
 }
 
-/// What to write instead of an id that is none: the nearest id, also of the user's `own`, or those that have the word
-/// in id, title or summary.
+/// A suggestion for an unknown id: the nearest id, also among the user's `own`, or effects with the word in id, title or summary.
 pub fn hint<'a>(id: &str, own: impl IntoIterator<Item = &'a str>) -> String {
     const LIST: &str = "`softdock effects` lists them all";
     let known = CATALOGUE.iter().map(|effect| effect.id).chain(own);

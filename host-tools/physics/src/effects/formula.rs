@@ -1,28 +1,28 @@
-//! Laws that a user writes: an expression of what moves, with the units checked.
+//! Laws written by the user: an expression of the signals of a motion, with checked units.
 
 use super::units::Dimension;
 use super::{Effect, Group, Law, Naming, Parameter, Role, Tried, Values};
 use exmex::{Express, FlatEx, FloatOpsFactory, MakeOperators};
 use softdock_io::input::nearest;
 
-/// What a formula may depend on.
+/// Signals on which a formula may depend.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Signals {
     /// Position along the guide, m; angle about a bearing, rad.
     pub position: f64,
-    /// Its rate, m/s or rad/s.
+    /// Rate of the position, m/s or rad/s.
     pub velocity: f64,
-    /// The rate of that, m/s² or rad/s².
+    /// Rate of the velocity, m/s² or rad/s².
     pub acceleration: f64,
     /// Sign of the velocity: −1, 0 or 1.
     pub direction: f64,
-    /// What the walls push along the guide, N.
+    /// Push of the walls along the guide, N.
     pub force: f64,
     /// Time since the log began, s.
     pub time: f64,
     /// Penetration of a wall, m; 0 outside.
     pub depth: f64,
-    /// How fast it grows, m/s.
+    /// Rate of the penetration, m/s.
     pub rate: f64,
     /// Distance of the tip to a wall, m; 0 inside.
     pub gap: f64,
@@ -31,7 +31,7 @@ pub struct Signals {
 /// A signal: its name, its unit along a guide and about a bearing, and its value.
 type Signal = (&'static str, [&'static str; 2], fn(&Signals) -> f64);
 
-/// What may stand in a formula.
+/// The signals that may occur in a formula.
 const SIGNALS: [Signal; 9] = [
     ("position", ["m", "rad"], |s| s.position),
     ("velocity", ["m/s", "rad/s"], |s| s.velocity),
@@ -58,7 +58,7 @@ pub enum ActsOn {
 }
 
 impl ActsOn {
-    /// What a model file may say.
+    /// Words of a model file for it.
     pub const WORDS: [&str; 9] = [
         "guide", "contact", "wall", "fx", "fy", "fz", "tx", "ty", "tz",
     ];
@@ -73,7 +73,7 @@ impl ActsOn {
         }
     }
 
-    /// Unit of what the formula gives; `turns`: the guide is a bearing.
+    /// Unit of the formula's value; `turns`: the guide is a bearing.
     pub fn unit(self, turns: bool) -> &'static str {
         match self {
             Self::Reading(3..) => "N·m",
@@ -96,11 +96,11 @@ impl ActsOn {
 #[derive(Debug)]
 pub struct Formula {
     expression: FlatEx<f64>,
-    /// What each variable of the expression is.
+    /// Source of each variable of the expression.
     sources: Vec<Source>,
     /// Where it acts.
     pub acts_on: ActsOn,
-    /// Whether what moves turns: the guide is a bearing.
+    /// Whether the guide is a bearing.
     turns: bool,
 }
 
@@ -125,18 +125,18 @@ pub struct Symbol<'a> {
 
 /// Parameters that a formula may have.
 const MOST_PARAMETERS: usize = 8;
-/// Values that a search tries for a parameter that is not linear: 5 % apart over a decade, which
-/// finds a ripple of which five periods lie in the travel.
+/// Values that a search tries for a nonlinear parameter: 5 % apart over a decade, which finds a ripple with five periods in the
+/// travel.
 const TRIED: usize = 48;
-/// The same beside others: all combinations are tried.
+/// The same if there are several such parameters: all combinations are tried.
 const TRIED_TOGETHER: usize = 8;
 
 impl Formula {
-    /// From its text. `turns`: the guide is a bearing.
+    /// Parses a formula. `turns`: the guide is a bearing.
     ///
     /// # Errors
     ///
-    /// What does not fit, with what is allowed: syntax, names, units.
+    /// The first error, with what is allowed: syntax, names, units.
     pub fn parse(
         text: &str,
         acts_on: ActsOn,
@@ -177,7 +177,7 @@ impl Formula {
         Ok(formula)
     }
 
-    /// Its value, in the unit of what it acts on; not finite where it has none.
+    /// Its value, in the unit of [`ActsOn::unit`]; not finite where the formula is undefined.
     pub fn value(&self, p: Values<'_>, signals: &Signals) -> f64 {
         let value = |source: &Source| match source {
             Source::Parameter(k) => p[*k],
@@ -187,8 +187,8 @@ impl Formula {
         self.expression.eval(&values).unwrap_or(f64::NAN)
     }
 
-    /// Its parameters as those of an effect: what it is linear in, together, multiplies columns; the
-    /// rest is searched over its range.
+    /// Its parameters as those of an effect: those in which it is jointly linear are linear, the others are shapes that are
+    /// searched over their range.
     pub fn parameters(&self, symbols: &[Symbol<'static>]) -> Vec<Parameter> {
         let linear = self.linear(symbols);
         let shaping = symbols.len() - linear.len();
@@ -211,7 +211,7 @@ impl Formula {
         symbols.iter().enumerate().map(parameter).collect()
     }
 
-    /// The entry of an effect with this law, for good.
+    /// The catalogue entry of an effect with this law, with static lifetime.
     pub fn entry(
         self,
         id: &'static str,
@@ -242,7 +242,7 @@ impl Formula {
         }
     }
 
-    /// The largest set of parameters in which it is linear together.
+    /// The largest set of parameters in which it is jointly linear, by their places.
     fn linear(&self, symbols: &[Symbol<'_>]) -> Vec<usize> {
         let count = symbols.len().min(MOST_PARAMETERS);
         let mut sets: Vec<u32> = (1..1 << count).collect();
@@ -254,8 +254,7 @@ impl Formula {
             .unwrap_or_default()
     }
 
-    /// Whether it is linear in some parameters together, and vanishes without them; tried at points
-    /// that have nothing in common.
+    /// Whether it is jointly linear in these parameters and vanishes when they are 0; tested at unrelated points.
     fn is_linear_in(&self, linear: &[usize], symbols: &[Symbol<'_>]) -> bool {
         (0..POINTS).all(|point| {
             let signals = signals_at(point);
@@ -285,8 +284,8 @@ impl Formula {
         })
     }
 
-    /// Whether it gives the unit of what it acts on: if all quantities are counted in other base
-    /// units, the result has to change as a force does.
+    /// Checks the unit of its value: if all quantities are expressed in other base units, the value has to change like one of its
+    /// unit.
     fn check_units(&self, symbols: &[Symbol<'_>]) -> Result<(), String> {
         let units = dimensions(symbols)?;
         let result = self.acts_on.unit(self.turns);
@@ -340,7 +339,7 @@ impl Formula {
     }
 }
 
-/// What is called in a formula and no function.
+/// A message if the text calls something that is not a function; `None` if it does not.
 fn unknown_function(text: &str) -> Option<String> {
     let operators = FloatOpsFactory::<f64>::make();
     let functions = || {
@@ -395,8 +394,8 @@ fn source(
     ))
 }
 
-/// Values of a parameter over its range: by equal factors where it is positive and spans more than one decade, else
-/// by equal steps.
+/// Values of a parameter over its range: in equal ratios where it is positive and spans more than one decade, else in equal
+/// steps.
 fn tried(s: &Symbol<'_>, count: usize) -> Vec<f64> {
     let share = |k: usize| (k as f64 + 0.5) / count as f64;
     let by_factors = s.low > 0.0 && s.high / s.low > 10.0;
@@ -421,17 +420,17 @@ fn dimensions(symbols: &[Symbol<'_>]) -> Result<Vec<Dimension>, String> {
     symbols.iter().map(of).collect()
 }
 
-/// Base units that are changed, and by what metres, seconds and newtons then are multiplied.
+/// Base units that are changed, and the factors by which numbers of metres, seconds and newtons then change.
 const OTHER_UNITS: [(&str, [f64; 3]); 3] = [
     ("metres", [2.0, 1.0, 1.0]),
     ("seconds", [1.0, 2.0, 1.0]),
     ("newtons", [1.0, 1.0, 2.0]),
 ];
 
-/// Points at which a formula is tried out.
+/// Number of points at which a formula is evaluated for the checks.
 const POINTS: usize = 8;
 
-/// Numbers in (0, 1) without a pattern: multiples of the golden ratio.
+/// Pseudo-random numbers in (0, 1): multiples of the golden ratio.
 fn scattered(point: usize, k: usize) -> f64 {
     let golden = 0.618_033_988_749_894_9;
     (golden * (1.0 + point as f64 * 13.0 + k as f64 * 7.0))
@@ -524,7 +523,7 @@ mod tests {
         assert_eq!(roles, [true, false, false]);
     }
 
-    /// Neither amplitude is linear alone, both are together.
+    /// Neither amplitude is linear alone, both together are.
     #[test]
     fn linear_parameters_are_found_together() {
         let of = |name, unit, low, high| Symbol {
@@ -571,7 +570,7 @@ mod tests {
         assert!(said.contains("`phase_rad` does not occur"), "{said}");
     }
 
-    /// About a bearing angles have no unit, and what turns it is a torque.
+    /// About a bearing angles have no unit, and the value is a torque.
     #[test]
     fn on_a_bearing_it_gives_a_torque() {
         let symbols = [Symbol {

@@ -1,8 +1,7 @@
 //! How effects act: what each kind of law is given, and what it returns.
 //!
-//! A law is a pure function of its parameters, in the order of the catalogue entry, and of the state
-//! of what it acts on. Whoever simulates, predicts, fits or draws an effect evaluates this function;
-//! what it does over a time, a log or a picture follows from its kind.
+//! A law is a pure function of its parameters, in the order of the catalogue entry, and of the state on which it acts.
+//! Simulation, prediction, fit and picture all evaluate this function; how it enters a log follows from its kind.
 
 use super::actuator::AxisStage;
 use super::formula::Formula;
@@ -22,78 +21,78 @@ pub type Values<'a> = &'a [f64];
 pub enum Law {
     /// A force on the moving side along the guide; of a bearing a torque about it.
     Guide(Guide),
-    /// The same of what only a bearing has.
+    /// The same, for effects that only a bearing has.
     Bearing(Guide),
-    /// A force (N) on the moving side in all directions, of its displacement (m) from where it rests.
+    /// A force (N) on the moving side in all directions, from its displacement (m) from the position of rest.
     Spring(fn(Values<'_>, &Vector3<f64>) -> Vector3<f64>),
-    /// Push (N) of a wall beside the nominal one, where the tip is in the wall. A wall cannot pull:
-    /// the sum of all pushes is clipped at zero.
+    /// Push (N) of a wall in addition to the nominal one, where the tip is in the wall. A wall cannot pull: the sum of all pushes
+    /// is clipped at zero.
     Push(fn(Values<'_>, &Penetration) -> f64),
     /// Penetration (m) of the wall's spring, from the nominal one.
     Depth(fn(Values<'_>, f64, &Facing) -> f64),
-    /// Force (N) across the normal, of the wall's push (N) and the sliding velocity (m/s).
+    /// Force (N) across the normal, from the wall's push (N) and the sliding velocity (m/s).
     Friction(fn(Values<'_>, f64, &Vector3<f64>) -> Vector3<f64>),
-    /// What a docking mechanism is in place of the nominal one.
+    /// Changes the nominal docking mechanism in place.
     Docking(fn(Values<'_>, &mut Kind)),
-    /// Wrench at S of the tool, beside the nominal one.
+    /// Wrench at S of the tool, in addition to the nominal one.
     Tool(fn(Values<'_>, &ToolState) -> Wrench<f64>),
-    /// What the sensor feels of its load.
+    /// The wrench that the sensor measures of its load.
     Load(fn(Values<'_>, &Wrench<f64>) -> Wrench<f64>),
-    /// What is commanded of a force that has to act, where the scale of the commands is a guess.
+    /// The command for a force that has to act, where the scale of the commands is a guess.
     Drive(fn(Values<'_>, &Wrench<f64>) -> Wrench<f64>),
-    /// Zero of the sensor, so many seconds after the log began.
+    /// Zero of the sensor at a time (s) after the log began.
     Zero(fn(Values<'_>, f64) -> Wrench<f64>),
-    /// By how much the reading comes late.
+    /// Delay and lag of the reading.
     Late(fn(Values<'_>) -> Lateness),
-    /// By how much all that moves is read late, or early if negative, in the log of any machine; of a rig, which sends velocities as
-    /// well, its poses.
+    /// Time by which the log reads the motion late, s, or early if negative; on a rig, which sends velocities as well, only its
+    /// poses.
     Apart(fn(Values<'_>) -> f64),
-    /// What the sensor can read of a wrench.
+    /// A wrench clipped to the sensor's range.
     Range(fn(Values<'_>, &Wrench<f64>) -> Wrench<f64>),
-    /// What is sent of a wrench.
+    /// The samples that the sensor sends.
     Sample(Sampling),
     /// From the commanded velocity to the executed one.
     Actuator(Actuator),
-    /// What a user has written.
+    /// A formula of the user.
     Formula(&'static Formula),
-    /// What the rig integrates as the spacecraft that its robot moves, in place of the nominal one.
+    /// Changes the spacecraft that the rig integrates as the one that its robot moves.
     Spacecraft(fn(Values<'_>, &mut BodySettings)),
     /// The clock of the control cycle.
     Clock(Clock),
 }
 
-/// A stage of one axis, of values and the duration of a step, s.
+/// Makes a stage of one axis from the values and the duration of a step, s.
 pub type OfAxis = fn(Values<'_>, f64) -> Result<AxisStage, SettingsError>;
 
 /// A stage of the actuator.
 #[derive(Clone, Copy, Debug)]
 pub struct Actuator {
-    /// What it makes of the velocity of an axis, by the duration of a step, s; None of what acts on the commands of all axes at
-    /// once.
+    /// Makes the stage that acts on the velocity of one axis; `None` if the effect acts on the commands of all axes at once.
     pub axis: Option<OfAxis>,
-    /// By how much a force that is commanded through the same actuator comes late, if that is all it does.
+    /// Delay and lag of a force that is commanded through the same actuator; `None` if the effect does more than that.
     pub late: Option<fn(Values<'_>) -> Lateness>,
 }
 
 /// An error of the clock.
 #[derive(Clone, Copy, Debug)]
 pub enum Clock {
-    /// By how much an instant deviates, s, of a standard normal number.
+    /// Deviation of an instant, s, from the values and a standard normal number.
     Scatter(fn(Values<'_>, f64) -> f64),
-    /// By how much a nominal second is longer, s.
+    /// Error of the rate: a nominal second is longer by this, s.
     Rate(fn(Values<'_>) -> f64),
 }
 
 /// Six numbers, x y z rx ry rz.
 pub type Six = [f64; 6];
 
-/// What the sensor does to its samples.
+/// How the sensor samples and sends.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampling {
-    /// What is sent of a wrench, of the sample before, and of a random number in (0, 1].
+    /// The sample that is sent, from the wrench, the sample before and a random number in (0, 1].
     pub sent: fn(Values<'_>, &Wrench<f64>, &Wrench<f64>, f64) -> Wrench<f64>,
-    /// What a wrench that is predicted should read where this was sent, after the sample before: the nearest that could have been sent
-    /// so; None where what was sent says nothing.
+    /// The reading that corresponds to a predicted wrench, given the measured sample and the one before it, such that their
+    /// difference is the distance from the predicted wrench to the nearest one that would have been sent as measured. `None` if
+    /// the sample carries no information.
     pub read: fn(Values<'_>, Six, &Six, Option<&Six>) -> Option<Six>,
 }
 
@@ -102,11 +101,11 @@ pub struct Sampling {
 pub struct Guide {
     /// Force on the moving side, N, positive along the guide.
     pub force: fn(Values<'_>, &Slide) -> f64,
-    /// What a reversal looks like to it; None where the forms exclude each other.
+    /// How the direction changes at a reversal; `None` for parameters that exclude each other.
     pub reversal: fn(Values<'_>) -> Option<Reversal>,
 }
 
-/// What the guided point does along the guide.
+/// Motion of the guided point along the guide.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Slide {
     /// Position, m.
@@ -115,12 +114,12 @@ pub struct Slide {
     pub velocity: f64,
     /// Acceleration, m/s².
     pub acceleration: f64,
-    /// Sign of the velocity, −1 to 1, as the reversal lets it change.
+    /// Direction of the motion, −1 to 1: the sign of the velocity, with the transition that the [`Reversal`] describes.
     pub direction: f64,
 }
 
 impl Slide {
-    /// A motion with this velocity, whose direction is sharp.
+    /// A motion with this velocity and a sharp direction.
     pub fn at_velocity(velocity: f64) -> Self {
         Self {
             velocity,
@@ -139,18 +138,18 @@ pub enum Reversal {
     OverSpeed(f64),
     /// Over this distance, m (Dahl 1968): dz/dx = (1 − sgn(dx) z)/distance.
     OverDistance(f64),
-    /// Over this distance, m, relaxing linearly: dz/dx = 1 − |z| while z and dx agree, else 1, over
-    /// the distance (Bouc-Wen with A = 1, β = γ = 1/2, n = 1).
+    /// Over this distance, m, with linear unloading: dz/dx = 1 − |z| while z and dx have the same sign, else 1, divided by the
+    /// distance (Bouc-Wen with A = 1, β = γ = 1/2, n = 1).
     BoucWen(f64),
 }
 
 impl Reversal {
-    /// Of a law without dry friction.
+    /// For a law without dry friction.
     pub fn sharp(_: Values<'_>) -> Option<Self> {
         Some(Self::Sharp)
     }
 
-    /// Over a speed or over a distance; None: both.
+    /// Over a speed or over a distance; sharp if both are 0, `None` if neither is.
     pub fn of(speed_m_s: f64, distance_m: f64) -> Option<Self> {
         match (speed_m_s > 0.0, distance_m > 0.0) {
             (false, false) => Some(Self::Sharp),
@@ -165,7 +164,7 @@ impl Reversal {
 #[derive(Clone, Copy, Debug)]
 pub struct Direction {
     reversal: Reversal,
-    /// What has been built up, −1 to 1.
+    /// State z of the transition, −1 to 1.
     share: f64,
     velocity: f64,
 }
@@ -180,7 +179,7 @@ impl Direction {
         }
     }
 
-    /// The direction at the next instant, `step_s` later; the velocity (m/s) is straight between the two.
+    /// The direction at the next instant, `step_s` later; the velocity (m/s) is linear between the two.
     pub fn advance(&mut self, velocity: f64, step_s: f64) -> f64 {
         let before = std::mem::replace(&mut self.velocity, velocity);
         if matches!(self.reversal, Reversal::Sharp | Reversal::OverSpeed(_)) {
@@ -188,7 +187,7 @@ impl Direction {
         }
         let path = |v: f64, share: f64| 0.5 * v * share * step_s;
         if before * velocity < 0.0 {
-            // Cut where the motion turns.
+            // Split the step where the motion reverses.
             let cut = before / (before - velocity);
             self.moved(path(before, cut));
             self.moved(path(velocity, 1.0 - cut));
@@ -198,7 +197,7 @@ impl Direction {
         self.at(velocity)
     }
 
-    /// The direction at a velocity (m/s), without any time that passes.
+    /// The direction at a velocity (m/s), without advancing the state.
     pub fn at(&self, velocity: f64) -> f64 {
         match self.reversal {
             Reversal::Sharp => sign(velocity),
@@ -207,7 +206,7 @@ impl Direction {
         }
     }
 
-    /// Moves by a path (m) in one direction; exact.
+    /// Advances the state by a path (m) in one direction; exact.
     pub fn moved(&mut self, path: f64) {
         let towards = sign(path);
         if towards == 0.0 {
@@ -248,13 +247,13 @@ pub struct Penetration {
 /// Which wall it is, and how it stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Facing {
-    /// Component of its outward normal along the guide, of a bearing along the way of its tip, −1 to 1.
+    /// Component of its outward normal along the guide, or for a bearing along the path of its tip, −1 to 1.
     pub along_axis: f64,
     /// Its number in the model, from 1.
     pub number: usize,
 }
 
-/// A delay and a first-order lag behind it, s.
+/// A delay followed by a first-order lag, s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Lateness {
     /// Delay.
@@ -264,16 +263,16 @@ pub struct Lateness {
 }
 
 impl Lateness {
-    /// What has to go in so that a series comes out, late as it is: the series of a delay later, and the
-    /// time constant of the lag times its slope.
+    /// The input of which `series` is the delayed output: the series one delay later, plus the time constant of the lag times its
+    /// slope.
     ///
-    /// Between two samples it is taken by Thiran's first-order all-pass (Laakso and others, Splitting the unit delay, IEEE
-    /// Signal Processing Magazine 13(1), 1996), which passes all frequencies as they are: a straight line between two
-    /// samples halves their noise at half a step, and where acceleration is differentiated from positions a search
-    /// for a delay finds that half step.
+    /// Between samples Thiran's first-order all-pass interpolates (Laakso and others, Splitting the unit delay, IEEE Signal
+    /// Processing Magazine 13(1), 1996), as it keeps the amplitude of all frequencies. Linear interpolation would halve the
+    /// variance of noise at half a step, and where acceleration is differentiated from positions, a search for a delay would find
+    /// that half step.
     pub fn anticipated(&self, series: &[f64], step_s: f64) -> Vec<f64> {
         let steps = self.delay_s.max(0.0) / step_s;
-        // So many steps later, then delayed by half a step to one and a half.
+        // Advance by whole steps, then delay by half a step to one and a half.
         let later = steps.round() as usize + 1;
         let delay = later as f64 - steps;
         let pole = (1.0 - delay) / (1.0 + delay);
@@ -292,7 +291,7 @@ impl Lateness {
         anticipated.collect()
     }
 
-    /// A series as it comes out, as if its first value had been there for a long time.
+    /// The delayed output of a series, as if its first value had been there for a long time.
     pub fn delayed(&self, series: &[f64], step_s: f64) -> Vec<f64> {
         let mut late = Late::new(*self, step_s, [series.first().copied().unwrap_or(0.0)]);
         series
@@ -302,12 +301,12 @@ impl Lateness {
     }
 }
 
-/// Signals that come late together, sampled at equal steps and straight between two samples.
+/// Signals that are delayed together, sampled at equal steps and linear between two samples.
 #[derive(Clone, Debug)]
 pub struct Late<const N: usize = 6> {
     lateness: Lateness,
     step_s: f64,
-    /// What is left of a value behind the lag after a step.
+    /// Factor of the lag's state after a step: exp(−step/lag).
     left: f64,
     line: VecDeque<[f64; N]>,
     delayed: [f64; N],
@@ -328,7 +327,7 @@ impl<const N: usize> Late<N> {
         }
     }
 
-    /// What comes out when this sample goes in.
+    /// The output for this sample.
     pub fn advance(&mut self, sample: [f64; N]) -> [f64; N] {
         self.line.pop_back();
         self.line.push_front(sample);
@@ -344,7 +343,7 @@ impl<const N: usize> Late<N> {
             self.value = now;
             return now;
         }
-        // Exact for an input that is straight between two samples.
+        // Exact for an input that is linear between two samples.
         let h = self.step_s / self.lateness.lag_s;
         for (i, value) in self.value.iter_mut().enumerate() {
             let slope = (now[i] - before[i]) / h;
@@ -353,13 +352,13 @@ impl<const N: usize> Late<N> {
         self.value
     }
 
-    /// What comes out now.
+    /// The present output.
     pub fn value(&self) -> [f64; N] {
         self.value
     }
 }
 
-/// exp(−x) for x from 0 up. What is zero is said at once, for which the library of mathematics takes ten times as long.
+/// exp(−x) for x ≥ 0. Where it underflows to zero, it is returned at once, as the library function takes ten times as long there.
 pub fn decay(x: f64) -> f64 {
     /// The smallest number that is not zero is exp(−744.4).
     const GONE: f64 = 746.0;
@@ -376,7 +375,7 @@ mod tests {
     use super::*;
     use std::f64::consts::TAU;
 
-    /// From relaxed: z = 1 − exp(−x/x0); back: linear to zero, then again the exponential.
+    /// From rest: z = 1 − exp(−x/x0); back: linear to zero, then exponential again.
     #[test]
     fn bouc_wen_forth_and_back() {
         let (length, speed, step_s) = (0.002, 0.02, 0.001);
@@ -399,7 +398,7 @@ mod tests {
         }
     }
 
-    /// A motion that turns within a step: out by half a step, back by half a step.
+    /// A motion that reverses within a step: out for half a step, back for half a step.
     #[test]
     fn dahl_is_cut_where_the_motion_turns() {
         let mut direction = Direction::new(Reversal::OverDistance(1e-3));
@@ -410,7 +409,7 @@ mod tests {
         assert_eq!(Reversal::of(1e-3, 1e-3), None);
     }
 
-    /// A slow sine comes a delay and a lag early, and noise keeps its power at any share of a step.
+    /// A slow sine comes out early by delay and lag, and noise keeps its power at any fraction of a step.
     #[test]
     fn anticipation_moves_a_series_and_keeps_its_noise() {
         let step_s = 0.002;

@@ -1,14 +1,12 @@
 //! Physical effects of docking rigs, one file each.
 //!
-//! An effect is written once: its law, its parameters with units and plausible ranges, the forms that
-//! a search tries, its signature in a recording, its usual size, what it is confused with and the
-//! experiment that tells them apart, the sizes that a simulated rig hides and a picture shows, and a
-//! known answer. Everybody uses that one file: the simulated rig, the prediction, the fit, the
-//! diagnosis and the help page. A new effect is a new file and a line in [`CATALOGUE`].
+//! An effect is defined once: its law, its parameters with units and plausible ranges, the forms that a search tries, its
+//! signature in a recording, its usual size, the effects with which it is confused and the experiment that distinguishes them,
+//! the sizes that a simulated rig hides and a picture shows, and a known answer. The simulated rig, the prediction, the fit, the
+//! diagnosis and the help page all use that one file. A new effect is a new file and a line in [`CATALOGUE`].
 //!
-//! [`law`] says what each kind of law is given and returns. Between the effects of the actuator runs a
-//! velocity per axis, as its *mean over one step*: then position is the sum of step times velocity
-//! without error, whatever happens inside a step.
+//! [`law`] defines the arguments and the result of each kind of law. The effects of the actuator pass on a velocity per axis, as
+//! its *mean over one step*: the position is then exactly the sum of step times velocity, whatever happens within a step.
 
 pub mod actuator;
 pub mod body;
@@ -135,7 +133,7 @@ mod tests {
         }
     }
 
-    /// What a log without measured positions cannot show.
+    /// These effects cannot be seen in a log without measured positions.
     #[test]
     fn springs_and_weights_act_by_position_and_friction_does_not() {
         let by_position = CATALOGUE

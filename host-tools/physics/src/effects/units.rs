@@ -5,7 +5,7 @@
 pub(super) struct Dimension([i32; 3]);
 
 impl Dimension {
-    /// Of a unit as `N·s/m^2`; None if it is not known.
+    /// Dimension of a unit such as `N·s/m^2`; `None` if the unit is not known.
     pub(super) fn of(unit: &str) -> Option<Self> {
         let mut sum = [0; 3];
         for (place, part) in unit.split('/').enumerate() {
@@ -30,7 +30,7 @@ impl Dimension {
         Some(Self(sum))
     }
 
-    /// By what a quantity changes if the base units do.
+    /// Factor by which a quantity changes when the base units are scaled.
     pub(super) fn factor(self, scale: [f64; 3]) -> f64 {
         let factors = scale.iter().zip(self.0);
         factors.map(|(scale, power)| scale.powi(power)).product()

@@ -51,7 +51,7 @@ impl CommandDeadZone {
         })
     }
 
-    /// What is left of a command.
+    /// The command minus its part within the zone.
     pub fn apply(&self, input: f64) -> f64 {
         input - input.clamp(self.low, self.high)
     }

@@ -37,7 +37,7 @@ pub const EFFECT: Effect = Effect {
 
 /// Jerk limit of one axis.
 ///
-/// While the input stands, the axis reaches it in the shortest time that the limit allows.
+/// With a constant input, the axis reaches it in the shortest time that the limit allows.
 #[derive(Clone, Copy, Debug)]
 pub struct JerkLimit {
     /// Largest change of the acceleration in a step.
@@ -45,7 +45,7 @@ pub struct JerkLimit {
     twice_jerk: f64,
     step: f64,
     inverse_step: f64,
-    /// Distance that is covered in one step without having to brake.
+    /// Change of velocity that one step covers without having to brake.
     near: f64,
     value: f64,
     acceleration: f64,
@@ -76,8 +76,8 @@ impl JerkLimit {
         self.value
     }
 
-    /// The acceleration from which whole steps of largest change end at rest after `missing`:
-    /// a = n j h with n (n + 1)/2 j h² = |missing|.
+    /// The acceleration from which the velocity, with the largest change of acceleration in each step, ends without acceleration
+    /// after a change of `missing`: a = n j h with n (n + 1)/2 j h² = |missing|.
     fn braking_acceleration(&self, missing: f64) -> f64 {
         let size = missing.abs();
         if size <= self.near {
@@ -92,7 +92,7 @@ impl JerkLimit {
 mod tests {
     use super::*;
 
-    /// From rest to u in 2 √(u/j), half of it at half of the time, without overshoot.
+    /// From rest to u in 2 √(u/j), half of it after half of that time, without overshoot.
     #[test]
     fn a_step_becomes_an_s_curve() {
         let (jerk, target, step) = (20.0, 0.02, 0.0001);

@@ -1,6 +1,6 @@
-//! From the commanded velocity of an axis to the executed one, in this order: rounding of the
-//! command, its dead zone, gain by direction, transport delay, then lag, servo or structural mode, then the pause at a zero crossing,
-//! then limits of acceleration, jerk and velocity, at last gain and play of the drive.
+//! From the commanded velocity of an axis to the executed one, in this order: rounding of the command, its dead zone, gain by
+//! direction, transport delay; then lag, servo or structural mode; then the pause at a zero crossing; then limits of
+//! acceleration, jerk and velocity; finally gain and play of the drive.
 
 pub mod actuation_delay;
 pub mod actuation_lag;
@@ -28,7 +28,7 @@ use velocity_gain::VelocityGain;
 use velocity_saturation::VelocitySaturation;
 use zero_cross_pause::ZeroCrossingPause;
 
-/// A stage of one axis: mean velocity over a step in, mean velocity out.
+/// A stage of one axis: takes the mean velocity over a step and returns the mean velocity over it.
 #[derive(Clone, Debug)]
 pub enum AxisStage {
     /// Rounding of the command.
@@ -56,7 +56,7 @@ pub enum AxisStage {
 }
 
 impl AxisStage {
-    /// Whether it changes a command when it is sent, before the transport delay.
+    /// Whether it acts on a command when it is sent, before the transport delay.
     pub fn is_of_the_command(&self) -> bool {
         matches!(
             self,

@@ -28,21 +28,21 @@ pub const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// Whether the durations of the cycles scatter, each by itself, and not the instants.
+/// Whether the durations of the cycles scatter independently (the instants are then their sum), or the instants do.
 const OF_INTERVALS: Parameter =
     Parameter::choice("of_intervals", &["of the instants", "of the durations"]);
 
 /// How the instants of a log scatter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scatter {
-    /// Standard deviation of the instants, s; of the durations of the cycles if these scatter by themselves.
+    /// Standard deviation of the instants, s, or of the durations of the cycles if `of_intervals`.
     pub jitter_s: f64,
-    /// They do.
+    /// The durations of the cycles scatter independently, not the instants.
     pub of_intervals: bool,
 }
 
 impl Scatter {
-    /// From the parameters of a model file; None without a jitter.
+    /// From the parameters of a model file; `None` without a jitter.
     pub fn of(parameters: &BTreeMap<String, f64>) -> Option<Self> {
         let given = |name: &str| parameters.get(name).copied().unwrap_or(0.0);
         let jitter_s = given("jitter_s");
@@ -64,7 +64,7 @@ impl Scatter {
 
     /// From the standard deviation of the durations, s.
     pub fn of_durations(duration_s: f64, of_intervals: bool) -> Self {
-        // Between two instants that scatter, each by itself, a duration scatters more.
+        // A duration is the difference of two independent instants, so its standard deviation is √2 times theirs.
         let instants_s = duration_s * std::f64::consts::FRAC_1_SQRT_2;
         Self {
             jitter_s: if of_intervals { duration_s } else { instants_s },

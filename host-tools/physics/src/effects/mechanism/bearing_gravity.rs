@@ -1,4 +1,4 @@
-//! Weight of a link on the bearing that it turns about.
+//! Gravity torque of a link about the bearing on which it turns.
 
 use crate::effects::{Effect, Group, Guide, Law, Naming, Parameter, Reversal, Slide};
 
@@ -28,7 +28,7 @@ pub const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// About the bearing, of its angle.
+/// Torque about the bearing from the angle, N·m.
 fn torque(p: &[f64], turn: &Slide) -> f64 {
     let (sin, cos) = turn.position.sin_cos();
     -p[0] * sin - p[1] * cos

@@ -14,7 +14,7 @@ pub const EFFECT: Effect = Effect {
     signature: "a torque in proportion to the angular acceleration, largest where the motion turns",
     typical: "0.01 to 5 kg m2 by the rotor of a robot's joint; thousands about the first axis of a large robot",
     parameters: &[Parameter::new("inertia_error_kg_m2", "kg·m²", -1e6, 1e6)
-        // Something is left of it.
+        // The remaining inertia is positive.
         .of_the_tool(-0.99)
         .pictured(0.05)],
     confused_with: &["bearing_gravity", "cable_stiffness"],
@@ -27,7 +27,7 @@ pub const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// About the bearing, against its angular acceleration.
+/// Torque about the bearing, against the angular acceleration, N·m.
 fn torque(p: &[f64], turn: &Slide) -> f64 {
     -p[0] * turn.acceleration
 }

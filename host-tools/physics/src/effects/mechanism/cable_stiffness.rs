@@ -33,7 +33,7 @@ pub const EFFECT: Effect = Effect {
                  re-route what hangs on the moving part, a cable or a hose, and it changes; a weight on a turning axis follows the \
                  sine of its angle, over a wide turn",
     law: Law::Spring(force),
-    // A spring that hardens pulls from where it rests on; its cube alone is what many a remainder looks like.
+    // A hardening spring has a linear part as well; the cubic part alone is what many a remainder looks like.
     is_whole: |parameters, _| parameters.contains(&0),
     separable: true,
     ..Effect::PLAIN

@@ -22,7 +22,7 @@ pub const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// Of whatever surface it has.
+/// Changes the friction of whichever surface the mechanism has.
 fn law(p: &[f64], kind: &mut Kind) {
     let surface = match kind {
         Kind::ProbeCone(probe) => &mut probe.surface,

@@ -29,7 +29,7 @@ pub const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// Of the socket of a probe.
+/// Changes the socket of a probe; other mechanisms have none.
 fn law(p: &[f64], kind: &mut Kind) {
     if let Kind::ProbeCone(probe) = kind
         && let Some(socket) = &mut probe.socket

@@ -23,7 +23,7 @@ pub const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// Of the socket of a probe, if it does not slip earlier by itself.
+/// Changes the socket of a probe, unless it slips already at a smaller force.
 fn law(p: &[f64], kind: &mut Kind) {
     if let Kind::ProbeCone(probe) = kind
         && let Some(socket) = &mut probe.socket

@@ -25,7 +25,7 @@ pub const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// Of the ring alone.
+/// Changes one leg of a soft-capture ring; other mechanisms have none.
 fn law(p: &[f64], kind: &mut Kind) {
     if let Kind::SoftCapture(ring) = kind {
         let leg = (p[1].round() as usize).clamp(1, 6) - 1;

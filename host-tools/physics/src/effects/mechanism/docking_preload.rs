@@ -26,7 +26,7 @@ pub const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// Of the absorber alone.
+/// Changes the two-stage absorber; other mechanisms have neither.
 fn law(p: &[f64], kind: &mut Kind) {
     if let Kind::TwoStage(absorber) = kind {
         absorber.preload_n = (absorber.preload_n + p[0]).max(0.0);

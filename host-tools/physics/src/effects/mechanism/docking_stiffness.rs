@@ -27,7 +27,7 @@ pub const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// Of what yields first.
+/// Changes the stiffness of the part that yields.
 fn law(p: &[f64], kind: &mut Kind) {
     let factor = 1.0 + p[0];
     match kind {

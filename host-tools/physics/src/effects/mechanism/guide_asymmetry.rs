@@ -21,8 +21,8 @@ pub const EFFECT: Effect = Effect {
         Parameter::new("backward_n", "N", 0.0, 1e6)
             .hidden(0.2, 0.5)
             .pictured(1.5),
-        // What viscous friction is larger forward, and smaller backward, than its mean, which is an effect
-        // of its own.
+        // The amount by which viscous friction is larger forward and smaller backward than its mean, which is an effect of its
+        // own.
         Parameter::new("viscous_difference_n_s_per_m", "N·s/m", -1e7, 1e7),
         SMOOTHING,
         ACTS_AT,
@@ -41,8 +41,8 @@ pub const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// Two levels, or one beside a level of both directions that the model has: alone it says nothing of the other direction, and
-/// two beside it are a second dry friction, not a difference. A viscous difference beside a viscous friction.
+/// Two levels, or one beside a dry friction of both directions: a single level alone says nothing of the other direction, and two
+/// beside a dry friction are a second dry friction, not a difference. A viscous difference needs a viscous friction beside it.
 fn is_whole(parameters: &[usize], beside: &dyn Fn(&str) -> bool) -> bool {
     let has = |place| parameters.contains(&place);
     let levels = usize::from(has(0)) + usize::from(has(1));

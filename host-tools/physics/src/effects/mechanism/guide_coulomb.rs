@@ -40,7 +40,7 @@ fn force(p: &[f64], slide: &Slide) -> f64 {
     -p[0] * slide.direction
 }
 
-/// Either the speed rounds a reversal off, or the distance does.
+/// A reversal is smoothed over a speed or over a distance.
 fn reversal(p: &[f64]) -> Option<Reversal> {
     Reversal::of(p[1], p[2])
 }

@@ -20,7 +20,7 @@ pub const EFFECT: Effect = Effect {
             .pictured(5.0),
         Parameter::new("displacement_m", "m", 1e-5, 0.1)
             .shape(&[2e-5, 5e-5, 1e-4, 2e-4, 4e-4, 8e-4, 1.5e-3, 3e-3], 1e-3)
-            // Presliding ends within a millimetre in guides, within some in hoses and rubber.
+            // Presliding ends within a millimetre in guides, within a few in hoses and rubber.
             .searched_to(0.01)
             .hidden(5e-4, 2e-3)
             .pictured(0.001),
@@ -45,7 +45,7 @@ pub const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// A level against the direction that has been built up.
+/// The level, times the built-up state, against the motion.
 fn force(p: &[f64], slide: &Slide) -> f64 {
     -p[0] * slide.direction
 }

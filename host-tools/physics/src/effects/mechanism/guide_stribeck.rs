@@ -27,7 +27,7 @@ pub const EFFECT: Effect = Effect {
             .shape(&[1e-3, 2e-3, 3.5e-3, 6e-3, 1e-2, 2e-2], 5e-3)
             .hidden(0.006, 0.012)
             .pictured(0.004),
-        // Coarse: the speed dependence is searched as well.
+        // A coarse grid, as the speed dependence is searched as well.
         SMOOTHING.form_size(&[0.0, 8e-4, 5e-3], 0.0),
         ACTS_AT,
         Parameter::new("exponent", "-", 0.5, 4.0).form_size(&[2.0], 2.0),
@@ -42,7 +42,8 @@ pub const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// The excess fades with a power of the speed. A diagnosis asks for it more often than for anything else, with a square.
+/// The excess decays with a power of the speed. The square is computed separately, as a diagnosis evaluates it more often than
+/// anything else.
 fn force(p: &[f64], slide: &Slide) -> f64 {
     let ratio = slide.velocity.abs() / p[2].max(1e-6);
     let power = match p[5] {

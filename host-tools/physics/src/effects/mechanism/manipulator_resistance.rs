@@ -19,7 +19,7 @@ pub const EFFECT: Effect = Effect {
         Parameter::new("damping_n_s_per_m", "N·s/m", 0.0, 1e7)
             .hidden(5.0, 10.0)
             .pictured(20.0),
-        // The arm is relaxed where the log begins, not where the model says.
+        // The arm is relaxed at the beginning of the log, not at the model's initial position.
         ABOUT_START,
     ],
     confused_with: &["guide_viscous", "cable_stiffness", "sc_mass_error"],

@@ -1,10 +1,10 @@
-//! Forces on the moving side: of the guide it runs on, of the contact of its tip with a wall, of its
-//! docking mechanism, of the cables that it drags, and of the manipulator that would hold the real spacecraft.
+//! Forces on the moving side: of its guide, of the contact of its tip with a wall, of its docking mechanism, of the cables that
+//! it drags, and of the manipulator that would hold the real spacecraft.
 
 use super::Parameter;
 
-/// Speed over which a dry friction changes its sign. Its range is that of machines in any unit of length: what is looked for follows
-/// from how fast the logs are.
+/// Speed over which a dry friction changes its sign. The range covers machines in any unit of length; the values that are tried
+/// follow from the speeds of the logs.
 const SMOOTHING: Parameter = Parameter::new("smoothing_speed_m_s", "m/s", 0.0, 1e3)
     .form_size(&[0.0, 3e-4, 8e-4, 2e-3, 5e-3], 0.0);
 
@@ -12,13 +12,13 @@ const SMOOTHING: Parameter = Parameter::new("smoothing_speed_m_s", "m/s", 0.0, 1
 const PRESLIDING: Parameter = Parameter::new("presliding_m", "m", 0.0, 5e-4)
     .form_size(&[0.0, 2e-6, 5e-6, 1e-5, 2e-5, 5e-5], 0.0);
 
-/// Where the force acts; at the sensor's origin it reads no torque.
+/// Point of action of the force; at the sensor's origin it causes no torque reading.
 pub const ACTS_AT: Parameter = Parameter::choice(
     "acts_at",
     &["at the flange M", "at the tip", "at the sensor's origin"],
 );
 
-/// Where a spring rests.
+/// Position at which a spring rests.
 pub const ABOUT_START: Parameter = Parameter::choice(
     "about_start",
     &["rests at the origin of C", "rests at the first position"],
@@ -56,7 +56,7 @@ pub mod wall_position;
 mod tests {
     use softdock_mechanism::{Kind, ProbeCone};
 
-    /// A probe in a cone with a socket, as `change` leaves it.
+    /// A probe in a cone with a socket, changed by `change`.
     pub(super) fn probe(change: impl FnOnce(&mut Kind)) -> ProbeCone {
         let mut kind: Kind = serde_json::from_str(
             r#"{"probe_cone": {"half_angle_rad": 0.9, "mouth_radius_m": 0.25, "head_radius_m": 0.04,

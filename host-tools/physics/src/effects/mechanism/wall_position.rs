@@ -18,7 +18,7 @@ pub const EFFECT: Effect = Effect {
             .hidden(4e-4, 1e-3)
             .either_sign()
             .pictured(0.0015),
-        // 0: all walls; else that with this number alone.
+        // 0: all walls; else only the wall with this number.
         Parameter::new("wall", "-", 0.0, 8.0).form(&[0.0, 1.0, 2.0, 3.0, 4.0], 0.0),
     ],
     confused_with: &["contact_deadzone", "contact_stiffness", "clock_offset"],
@@ -28,7 +28,7 @@ pub const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// A wall that stands further along the axis is met later from behind and earlier from the front.
+/// A wall that is shifted along the axis is met later from behind and earlier from the front.
 fn depth(p: &[f64], nominal: f64, facing: &Facing) -> f64 {
     let stands_elsewhere = p[1] == 0.0 || p[1] == facing.number as f64;
     nominal
@@ -43,7 +43,7 @@ fn depth(p: &[f64], nominal: f64, facing: &Facing) -> f64 {
 mod tests {
     use super::*;
 
-    /// Walls at ±20 mm whose free side is between them, both shifted by +1 mm.
+    /// Walls at ±20 mm with the free space between them, both shifted by +1 mm.
     #[test]
     fn later_at_the_front_and_earlier_at_the_back() {
         let front = Facing {

@@ -1,4 +1,4 @@
-//! Base of the robot that is not level: gravity has another direction than the model says.
+//! Base of the robot that is not level: gravity has another direction than in the model.
 
 use super::tool::ToolState;
 use crate::effects::{Effect, Group, Law, Naming, Parameter};
@@ -35,9 +35,9 @@ pub const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// The weight in turned gravity instead of the weight in nominal gravity.
+/// The weight in rotated gravity minus that in nominal gravity.
 fn wrench(p: &[f64], tool: &ToolState) -> Wrench<f64> {
-    // The shortest turn from -z takes x and y to the axes across gravity; upside down they are across it already.
+    // The shortest rotation from -z to gravity takes x and y to the axes across gravity; upside down they are across it already.
     let level = Rotation3::rotation_between(&-Vector3::z(), &tool.gravity).unwrap_or_default();
     let tilt = level * Vector3::new(p[0], p[1], 0.0);
     let turned = Rotation3::from_scaled_axis(tilt) * tool.gravity;
@@ -55,7 +55,7 @@ mod tests {
         assert!((got - expected).norm() < 1e-12);
     }
 
-    /// On a wall, gravity along x, both turns are tilts: each turns the weight by its angle.
+    /// On a wall, with gravity along x, both rotations are tilts: each rotates the weight by its angle.
     #[test]
     fn both_tilts_turn_gravity_wherever_it_points() {
         for gravity in [Vector3::x(), -Vector3::y(), Vector3::z()] {

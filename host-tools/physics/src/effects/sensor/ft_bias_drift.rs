@@ -15,8 +15,8 @@ pub const EFFECT: Effect = Effect {
     source: "strain-gauge data sheets (drift of the zero with temperature); first-order warming",
     signature: "a slow bend of the wrench that depends on neither pose nor motion; over a short log it is a ramp, of which only the rate, value over time constant, is known",
     typical: "0.5 to 3 N over some seconds to minutes after the load or the temperature has changed",
-    // Of a ramp only the rate, last value over time constant, is known: the last values may be as
-    // large as a plausible rate, 1 N/s, times the longest time constant.
+    // Over a short log only the rate (final value over time constant) is determined. The final values may therefore be as large
+    // as a plausible rate, 1 N/s, times the longest time constant.
     parameters: &[
         Parameter::new("fx_n", "N", -1e4, 1e4)
             .hidden(1.0, 2.0)
@@ -27,7 +27,8 @@ pub const EFFECT: Effect = Effect {
         Parameter::new("tx_n_m", "N·m", -1e4, 1e4),
         Parameter::new("ty_n_m", "N·m", -1e4, 1e4),
         Parameter::new("tz_n_m", "N·m", -1e4, 1e4),
-        // What is over within a second is no drift: but for the first rows it is a constant, such as an offset of the guide.
+        // A transient that ends within a second is no drift: apart from the first rows it is a constant, like an offset of the
+        // guide.
         Parameter::new("time_constant_s", "s", 1.0, 1e4)
             .shape(&[1.2, 2.0, 3.0, 4.0, 5.5, 8.0, 12.0, 25.0, 1e3], 1e3)
             .hidden(3.0, 8.0)
@@ -40,7 +41,7 @@ pub const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// The offset so long after the log began, which is approached exponentially.
+/// The offset at a time after the log began; it approaches its final value exponentially.
 fn zero(p: &[f64], time_s: f64) -> Wrench<f64> {
     six(p) * -(-time_s.max(0.0) / p[6]).exp_m1()
 }

@@ -66,7 +66,7 @@ pub const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// What appears on an axis per unit of each other one.
+/// The reading, with the coupling of each axis to each other one.
 fn read(p: &[f64], load: &Wrench<f64>) -> Wrench<f64> {
     let (felt, mut axes) = (load.get(), load.get());
     let couplings = p.chunks_exact(5).zip(axes.iter_mut()).enumerate();

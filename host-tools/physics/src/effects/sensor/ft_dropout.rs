@@ -30,7 +30,7 @@ fn sent(p: Values<'_>, wrench: &Wrench<f64>, last: &Wrench<f64>, draw: f64) -> W
     if draw > p[0] { *wrench } else { *last }
 }
 
-/// A repeated reading says nothing.
+/// A repeated reading carries no information.
 fn read(_: Values<'_>, predicted: Six, measured: &Six, before: Option<&Six>) -> Option<Six> {
     (before != Some(measured)).then_some(predicted)
 }

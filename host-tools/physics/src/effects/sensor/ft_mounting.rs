@@ -1,4 +1,4 @@
-//! Sensor that is turned on the flange against what the model says.
+//! Sensor that is mounted at another angle on the flange than in the model.
 
 use crate::effects::{Effect, Group, Law, Naming, Parameter};
 use nalgebra::{Rotation3, Vector3};

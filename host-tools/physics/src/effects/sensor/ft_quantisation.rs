@@ -32,7 +32,7 @@ pub const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// Forces and torques on lattices of their own, halves away from zero, or rounded down.
+/// Forces and torques rounded to multiples of their steps, halves away from zero, or rounded down.
 fn sent(p: Values<'_>, wrench: &Wrench<f64>, _: &Wrench<f64>, _: f64) -> Wrench<f64> {
     let on_lattice = |value: f64, pitch: f64| match pitch > 0.0 {
         true if p[2] > 0.5 => (value / pitch).floor() * pitch,
@@ -45,7 +45,7 @@ fn sent(p: Values<'_>, wrench: &Wrench<f64>, _: &Wrench<f64>, _: f64) -> Wrench<
     }
 }
 
-/// A rounded reading stands for an interval; only the distance to it is an error.
+/// A rounded reading stands for an interval; only the distance of the prediction to that interval is an error.
 fn read(p: Values<'_>, predicted: Six, measured: &Six, _: Option<&Six>) -> Option<Six> {
     let near = |axis: usize| {
         let (half, measured) = (0.5 * p[axis / 3], measured[axis]);
@@ -74,7 +74,7 @@ mod tests {
         assert_eq!(sent(1.0), [1.0, -1.5, 0.0, 0.125, 0.25, 0.0]);
     }
 
-    /// 1.0 was sent of all from 0.75 to 1.25, or from 1.0 to 1.5 where it rounds down.
+    /// 1.0 was sent for all values from 0.75 to 1.25, or from 1.0 to 1.5 with rounding down.
     #[test]
     fn within_a_step_nothing_is_missing() {
         let error = |down: f64, predicted: f64| {

@@ -25,7 +25,7 @@ pub const EFFECT: Effect = Effect {
         Parameter::new("tx", "-", -0.3, 0.3),
         Parameter::new("ty", "-", -0.3, 0.3),
         Parameter::new("tz", "-", -0.3, 0.3),
-        // One gain for all, as a wrong calibration of the supply makes it.
+        // One gain for all axes, as by a wrong calibration of the supply.
         Parameter::new("all_axes", "-", -0.3, 0.3).common(),
         WITH_ZERO,
     ],
@@ -42,7 +42,7 @@ pub const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// Each axis with its own gain, and all with one.
+/// Each axis with its own gain error plus the common one.
 fn read(p: &[f64], load: &Wrench<f64>) -> Wrench<f64> {
     let mut axes = load.get();
     for (value, own) in axes.iter_mut().zip(p) {

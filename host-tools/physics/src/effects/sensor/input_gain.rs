@@ -22,7 +22,7 @@ pub const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// On all axes: one drive, or several of one make.
+/// The same factor on all axes: one drive, or several of one make.
 fn commanded(p: &[f64], force: &Wrench<f64>) -> Wrench<f64> {
     *force * (1.0 + p[0])
 }
@@ -31,7 +31,7 @@ fn commanded(p: &[f64], force: &Wrench<f64>) -> Wrench<f64> {
 mod tests {
     use super::*;
 
-    /// 20 N/A are assumed and 16 are true: 4 N take 0.25 A, which are read as 5 N.
+    /// 20 N/A are assumed and 16 are true: 4 N take 0.25 A, which count as 5 N.
     #[test]
     fn a_weaker_motor_needs_more() {
         let force = Wrench::of(&[4.0, 0.0, 0.0, 0.0, 0.0, 0.0]);

@@ -1,6 +1,6 @@
-//! What the force/torque sensor adds to the contact wrench, and how it reads it: weight and inertia
-//! of the tool, then mounting, cross-talk, gain, zero, filter, range, resolution and transmission;
-//! or the gain of a drive whose command is recorded in its place.
+//! What the force/torque sensor adds to the contact wrench, and how it reads it: weight and inertia of the tool, then mounting,
+//! cross-talk, gain, zero, filter, range, resolution and transmission; or the gain of a drive whose command is recorded instead
+//! of a reading.
 //!
 //! The sensor reads the **load's reaction**: `reading = contact + m g − m a_com`, everything in the
 //! sensor's frame S, torques about its origin.

@@ -1,7 +1,7 @@
 //! The tool that hangs on the sensor: weight `F = m g` and inertia `F = −m a_com`, axes of S (seed
 //! paper section 3.2; A13: with the centre of gravity as reference the torque of the weight vanishes).
 //!
-//! Not an effect by itself: what is wrong with the tool is the difference of two tools.
+//! Not an effect by itself: an error of the tool is the difference of the wrenches of two tools.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use softdock_control::frames::{Pose, Twist, Wrench};
@@ -27,7 +27,7 @@ impl Tool {
         }
     }
 
-    /// Wrench at S of its inertia, while it moves so.
+    /// Wrench at S of its inertia for this motion.
     pub fn inertial_wrench(&self, motion: &LoadMotion) -> Wrench<f64> {
         let force = -motion.acceleration_at(&self.com) * self.mass_kg;
         let w = &motion.angular_velocity;
@@ -60,8 +60,7 @@ pub struct LoadMotion {
 }
 
 impl LoadMotion {
-    /// Of a sensor at `m_from_s` in M, whose twist is given with its change per second: linear in C,
-    /// angular in M.
+    /// Motion of a load on a sensor at `m_from_s` in M, from the twist of M and its time derivative: linear in C, angular in M.
     pub fn of_sensor(
         m_from_s: &Pose<f64>,
         c_from_m: &UnitQuaternion<f64>,
@@ -102,8 +101,7 @@ impl LoadMotion {
 pub struct ToolState {
     /// Nominal mass, kg.
     pub mass_kg: f64,
-    /// Mass that is known to hang on the sensor, kg; 1 where none is, so that what acts on it is per
-    /// kilogram.
+    /// Known mass of the load on the sensor, kg; 1 if none is known, so that effects are per kilogram.
     pub hanging_kg: f64,
     /// Nominal centre of mass, axes of S, m.
     pub com: Vector3<f64>,

@@ -35,7 +35,7 @@ pub const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// The lever alone, with the mass that hangs on it.
+/// The change by the lever alone, with the mass of the load.
 fn wrench(p: &[f64], tool: &ToolState) -> Wrench<f64> {
     let at = |com| Tool {
         mass_kg: tool.hanging_kg,

@@ -17,7 +17,7 @@ pub const EFFECT: Effect = Effect {
     signature: "wrench proportional to minus the measured acceleration, strongest at jogs and at contact",
     typical: "the mass of the tool, 1 to 20 kg, or of what an axis moves",
     parameters: &[
-        // An inertia that is missing is that of most of what is weighed.
+        // A neglected inertia is at least half of the weighed mass.
         Parameter::new("mass_kg", "kg", 0.0, 1e4)
             .of_the_tool(0.5)
             .hidden(4.0, 8.0)
@@ -35,8 +35,8 @@ pub const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// The reaction of a tool of this mass and of the shape that the model knows, where the model has
-/// left it out. Of a tool without a mass in the model a moment of inertia has no scale, and is not this effect's.
+/// The inertial reaction of a tool of this mass, with the shape of the nominal tool, if the model leaves it out. For a nominal
+/// tool without mass the moment of inertia has no scale and is left out.
 fn wrench(p: &[f64], tool: &ToolState) -> Wrench<f64> {
     if tool.inertial {
         return Wrench::zero();

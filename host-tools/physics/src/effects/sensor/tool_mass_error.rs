@@ -18,7 +18,7 @@ pub const EFFECT: Effect = Effect {
                 on motion",
     typical: "10 to 200 g: a cable, a screw set, an adapter that nobody weighed; all that an axis moves, where the model knows no mass",
     parameters: &[Parameter::new("mass_error_kg", "kg", -1e4, 1e4)
-        // Something is left of it.
+        // The remaining mass is positive.
         .of_the_tool(-0.99)
         .hidden(0.1, 0.25)
         .either_sign()
@@ -30,7 +30,7 @@ pub const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// Weight of the mass that the model does not know, and its inertia where the model has that.
+/// Weight of the additional mass, and its inertia where the model includes that.
 fn wrench(p: &[f64], tool: &ToolState) -> Wrench<f64> {
     let more = Tool {
         mass_kg: p[0],
