@@ -1,4 +1,4 @@
-//! What a model tells the board about its robot.
+//! The settings of the board's robot that follow from a model.
 
 use super::Model;
 use crate::effects::actuator::{
@@ -7,9 +7,8 @@ use crate::effects::actuator::{
 use softdock_control::delay::actuator::ActuatorSettings;
 
 impl Model {
-    /// The robot as the board's delay laws are told of it: the nominal delay and lag and what the
-    /// effects add to them, a servo, and the pause at a reversal. The laws take all axes as alike;
-    /// what an effect says of some axes is taken for all.
+    /// The robot for the board's delay laws: the nominal delay and lag plus those of effects, a servo, and the pause at a
+    /// reversal. The laws treat all axes alike, so an effect of some axes is taken for all.
     pub fn robot_for_board(&self) -> ActuatorSettings {
         let value = |id: &str, parameter: &str| {
             let effect = self.effects.iter().find(|effect| effect.id == id);
@@ -36,8 +35,8 @@ impl Model {
     }
 }
 
-/// A second lag behind that of the robot: both together are a servo with real poles, as long as its
-/// damping is one that the board knows; else the smaller lag is next to a delay.
+/// Adds a second lag to that of the robot. Both together are a servo with real poles, if the board accepts its damping; else the
+/// smaller lag is added to the delay.
 fn with_lag(robot: ActuatorSettings, extra_s: f64) -> ActuatorSettings {
     let (longer_s, shorter_s) = (robot.lag_s.max(extra_s), robot.lag_s.min(extra_s));
     if shorter_s <= 0.0 {
@@ -111,7 +110,7 @@ mod tests {
         for (pole, lag) in poles_s(&robot).iter().zip([0.006, 0.014]) {
             assert!((pole - lag).abs() < 1e-9, "{robot:?}");
         }
-        // A hundred times as fast: no servo of the board has such a damping.
+        // One lag is a hundred times shorter: no servo of the board has such a damping.
         let robot = with(0.000_06);
         assert_eq!((robot.lag_s, robot.servo_hz), (0.006, 0.0));
         assert!((robot.delay_s - 0.012_06).abs() < 1e-12);

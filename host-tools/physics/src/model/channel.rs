@@ -1,4 +1,4 @@
-//! Names of what is predicted: four channels of six axes.
+//! Names of the predicted quantities: four channels of six axes.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,9 +1,8 @@
 //! The true duration of every cycle, recovered from the motion.
 //!
-//! Gauss-Newton on the durations: executed velocities and displacements between poses on one side, their
-//! simulation with these durations on the other, and the spread of the jitter as prior. A duration
-//! acts on the velocities of a few cycles only, so the columns of the Jacobian are found together,
-//! each perturbed simulation serving every cycle that is far enough from the next.
+//! Gauss-Newton on the durations: measured executed velocities and displacements between poses are compared with their simulation
+//! with these durations, with the spread of the jitter as prior. A duration acts on the velocities of a few cycles only, so
+//! several columns of the Jacobian are found together: one perturbed simulation perturbs all cycles that are far enough apart.
 
 use crate::effects::body::clock_jitter::Scatter;
 use crate::model::Model;
@@ -37,7 +36,7 @@ impl Linear {
 struct Simulated {
     /// With the durations as they are.
     base: Vec<f64>,
-    /// The same for each phase of the reach, with the durations of that phase longer by [`STEP_S`].
+    /// With every `reach`-th duration, counted from the phase, longer by [`STEP_S`]; one series per phase.
     perturbed: Vec<Vec<f64>>,
 }
 
@@ -65,7 +64,8 @@ impl Simulated {
         }
     }
 
-    /// Derivatives of the velocity of a cycle, in units of its noise, by the durations that it feels: (cycle, per s).
+    /// Derivatives of the velocity of a cycle, in units of its noise, with respect to the durations that act on it: (cycle, per
+    /// s).
     fn slopes(&self, n: usize, sigma: f64) -> Vec<(usize, f64)> {
         let reach = self.perturbed.len();
         let slope = |k: usize| (self.perturbed[k % reach][n] - self.base[n]) / STEP_S / sigma;
@@ -103,7 +103,7 @@ fn linearise(model: &Model, log: &Log, intervals: &[f64], reach: usize) -> Linea
         for n in 1..log.cycle_count() {
             let residual = (log.executed[axis][n] - base[n]) / sigma;
             linear.push(residual, simulated.slopes(n, sigma));
-            // A difference of poses says all that the poses say.
+            // A velocity that is a difference of poses carries the same information as the poses.
             if axis < 3 && log.reading == Reading::AtEnd {
                 let (displacement, _) = increments(log, n);
                 let velocity = 0.5 * (base[n] + base[n - 1]);
@@ -159,7 +159,7 @@ fn solve(linear: &Linear, deviation: &[f64], jitter_s: f64) -> Vec<f64> {
     x
 }
 
-/// Way between two poses, and the mean of the velocities measured there.
+/// Displacement between two poses, and the mean of the velocities measured at them.
 pub fn increments(log: &Log, n: usize) -> (Vector3<f64>, Vector3<f64>) {
     let velocity = |k: usize| Vector3::from_fn(|i, _| log.executed[i][k]);
     (

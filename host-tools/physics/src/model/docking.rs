@@ -1,10 +1,10 @@
-//! Numbers of a docking mechanism that a fit may move: what is stiff, damped, rough or preloaded. What is
-//! long, wide or steep is measured with a ruler.
+//! Parameters of a docking mechanism that a fit may change: stiffness, damping, friction and preload. Lengths, widths and slopes
+//! are measured with a ruler.
 
 use serde_json::Value;
 use softdock_mechanism::DockingSettings;
 
-/// Endings of their names, and units; the first that fits counts.
+/// Endings of their names, with units; the first match counts.
 const MOVED: [(&str, &str); 9] = [
     ("_n_per_m", "N/m"),
     ("_n_per_m15", "N/m^1.5"),
@@ -17,10 +17,10 @@ const MOVED: [(&str, &str); 9] = [
     ("_coefficient", "-"),
 ];
 
-/// One of them.
+/// One such parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DockingNumber {
-    /// Where it stands in the mechanism, as a JSON pointer (RFC 6901).
+    /// Its place in the mechanism, as a JSON pointer (RFC 6901).
     pub pointer: String,
     /// SI unit, `-` if it has none.
     pub unit: &'static str,
@@ -38,7 +38,7 @@ impl DockingNumber {
     }
 }
 
-/// All of a mechanism, in the order of their names.
+/// All such parameters of a mechanism, in the order of their names.
 pub fn numbers(docking: &DockingSettings) -> Vec<DockingNumber> {
     let mut all = Vec::new();
     if let Ok(kind) = serde_json::to_value(docking.kind) {
@@ -63,7 +63,7 @@ fn collect(value: &Value, at: &str, all: &mut Vec<DockingNumber>) {
     }
 }
 
-/// Gives one a value; what is not there stays away.
+/// Sets the parameter at a pointer; a pointer that does not exist is ignored.
 pub fn set(docking: &mut DockingSettings, pointer: &str, value: f64) {
     let Ok(mut kind) = serde_json::to_value(docking.kind) else {
         return;

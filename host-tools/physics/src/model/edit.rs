@@ -1,8 +1,7 @@
 //! Changing a `model.toml` and leaving everything else in it as its author wrote it.
 //!
-//! A change is the difference of two [`Model`]s. It is carried over to the text number by number,
-//! and what comes out is read again before it is written: a file that would not say what was meant
-//! is never written.
+//! A change is the difference of two [`Model`]s. It is carried over to the text number by number, and the new text is parsed
+//! before it is written: a file that would not give the intended model is never written.
 
 mod merge;
 
@@ -11,12 +10,12 @@ use anyhow::{Context, Result, bail, ensure};
 use softdock_io::output::write_whole;
 use std::path::{Path, PathBuf};
 
-/// Significant digits of fitted values: a thousandth of the narrowest interval that any log gives.
+/// Significant digits of fitted values: a thousandth of the narrowest confidence interval that any log gives.
 const DIGITS: usize = 7;
 /// Unchanged lines around a change in [`Edited::difference`].
 const CONTEXT_LINES: usize = 3;
 
-/// A fitted value as it is written to a model file: with as many digits as mean something.
+/// A fitted value as written to a model file: rounded to the significant digits.
 pub fn rounded(value: f64) -> f64 {
     format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value)
 }
@@ -52,7 +51,7 @@ impl ModelFile {
         })
     }
 
-    /// What the file says.
+    /// The model in the file.
     pub fn model(&self) -> &Model {
         &self.model
     }
@@ -61,7 +60,7 @@ impl ModelFile {
     ///
     /// # Errors
     ///
-    /// A model that a file cannot hold: values out of range, or none.
+    /// A model that a file cannot hold: values out of range or not finite.
     pub fn edited(&self, after: &Model) -> Result<Edited<'_>> {
         let text = with_its_line_ends(&self.text, |text| merge::merge(text, &self.model, after))?;
         self.checked(text, after)
@@ -161,7 +160,7 @@ fn read(path: &Path) -> Result<String> {
     std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))
 }
 
-/// Edits text whose lines end as a TOML writer ends them, and gives it its own line ends back.
+/// Edits a text with `\n` as line end, and restores the text's own line ends.
 pub fn with_its_line_ends(text: &str, edit: impl FnOnce(&str) -> Result<String>) -> Result<String> {
     if !text.contains("\r\n") {
         return edit(text);

@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 pub struct EffectModel {
     /// Its id in the catalogue.
     pub id: String,
-    /// Axes that have it; none: all that it can act on.
+    /// Axes that have it; empty: all on which it can act.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub axes: Vec<Axis>,
     /// Its parameters by name; the unit stands in the name.
@@ -31,7 +31,7 @@ pub struct EffectModel {
 }
 
 impl EffectModel {
-    /// Whether its parameters are those of a fit, and not somebody's.
+    /// Whether its parameters come from a fit, not from a person.
     pub fn was_fitted(&self) -> bool {
         !self.interval_95.is_empty()
     }

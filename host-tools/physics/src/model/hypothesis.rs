@@ -36,15 +36,15 @@ pub struct HypothesisParameter {
     pub high: f64,
 }
 
-/// Entries by their definition: a definition that is read twice is one entry.
+/// Entries by their definition: the same definition read twice gives the same entry.
 static ENTRIES: LazyLock<Mutex<BTreeMap<String, &'static Effect>>> = LazyLock::new(Mutex::default);
 
 impl Hypothesis {
-    /// The entry of the effect, as if the catalogue had it. `turns`: the guide is a bearing.
+    /// The catalogue entry of this effect. `turns`: the guide is a bearing.
     ///
     /// # Errors
     ///
-    /// What does not fit, with what is allowed.
+    /// The first error, with what is allowed.
     pub fn effect(&self, turns: bool) -> Result<&'static Effect, EffectError> {
         let mut entries = ENTRIES.lock().unwrap_or_else(PoisonError::into_inner);
         let definition = format!("{turns} {self:?}");
@@ -109,7 +109,7 @@ fn symbol((name, parameter): (&String, &HypothesisParameter)) -> Symbol<'static>
     }
 }
 
-/// A text for good: entries live as long as the program, as those of the catalogue do.
+/// A text with static lifetime: entries live as long as the program, as those of the catalogue do.
 fn kept(text: &str) -> &'static str {
     Box::leak(text.to_owned().into_boxed_str())
 }

@@ -1,4 +1,4 @@
-//! A recording as plain series, one per axis: what the search for effects works on.
+//! A recording as plain series, one per axis: the data for the search for effects.
 
 use crate::model::load::{Followed, turn_between, turned_since_first};
 use crate::model::prediction::robot_axes::Turned;
@@ -21,13 +21,13 @@ pub struct Log {
     pub cycle_s: f64,
     /// Time of each cycle, s.
     pub time_s: Vec<f64>,
-    /// What the executed velocity is.
+    /// Meaning of the executed velocity.
     pub reading: Reading,
     /// Rates of the robot's axes sent in each cycle; m/s, rad/s.
     pub sent: Series,
     /// Executed rates of the robot's axes; m/s, rad/s.
     pub executed: Series,
-    /// How these rates make a velocity in each cycle; None where they are the velocity.
+    /// Map from these rates to a velocity in each cycle; `None` where they are the velocity.
     pub turned: Vec<Option<Turned>>,
     /// Measured pose of M in C.
     pub pose: Vec<Pose<f64>>,
@@ -35,32 +35,32 @@ pub struct Log {
     pub wrench: Series,
     /// The wrench of this cycle is new.
     pub fresh: Vec<bool>,
-    /// What the executed rates went through when they were imported.
+    /// The filter of the import of the executed rates.
     pub filter: Option<FilterModel>,
-    /// Noise of the executed velocity by data sheet.
+    /// Noise of the executed velocity by data sheet, one standard deviation.
     pub velocity_sigma: [f64; 6],
     /// First cycle of the stretch in the recording.
     pub first: usize,
-    /// A rig's controller was there: see [`Signals::is_of_a_rig`].
+    /// The log is of a rig with a controller: see [`Signals::is_of_a_rig`].
     pub of_a_rig: bool,
-    /// The recorded wrench is not the same throughout.
+    /// The recorded wrench is not constant.
     pub wrench_changes: bool,
-    /// Axes about or along which what moves swings freely: their wrench is known, though it is zero.
+    /// Axes of a free swing: their wrench is known although it is zero.
     free: [bool; 6],
     /// A model of spacecraft ran: see [`Signals::has_spacecraft`].
     pub has_spacecraft: bool,
     /// Whole turns of the first pose about the axis of a machine that turns.
     pub whole_turns: i32,
-    /// Where the log begins of which this is a stretch.
+    /// Beginning of the log of which this is a stretch.
     pub began: Beginning,
 }
 
-/// Whether values are readings: no sensor reads exactly 0 throughout, and none was there where a log has no numbers.
+/// Whether values are readings: no sensor reads exactly 0 throughout, and values that are not finite come from none.
 pub(super) fn is_measured(mut values: impl Iterator<Item = f64>) -> bool {
     values.any(|value| value != 0.0 && value.is_finite())
 }
 
-/// Whether two forces are one but for what a filter of an import makes of a constant.
+/// Whether two forces are equal within the rounding of an import's filter on a constant.
 pub fn is_same_force(one: f64, other: f64) -> bool {
     const ROUNDING: f64 = 1e-6;
     (one - other).abs() <= ROUNDING * one.abs()
@@ -137,7 +137,7 @@ impl Log {
         })
     }
 
-    /// What an import has made of velocities that follow from what was sent.
+    /// Applies the filter of the import to velocities that are computed from commands.
     pub fn as_imported(&self, velocity: Vec<f64>) -> Vec<f64> {
         match self.filter {
             Some(filter) => filter.zero_phase(self.cycle_s, &velocity),
@@ -145,7 +145,7 @@ impl Log {
         }
     }
 
-    /// Linear and angular velocity of rates in cycle n.
+    /// Linear and angular velocity for rates in cycle n.
     pub fn velocity(&self, n: usize, rates: [f64; 6]) -> [f64; 6] {
         self.turned[n].map_or(rates, |turned| turned.velocity(&rates))
     }
@@ -157,8 +157,8 @@ impl Log {
         })
     }
 
-    /// The wrench, if a motion was logged under one that never changes, as under a constant command. Rows at rest without any load,
-    /// as before a step of the command, do not count: they say nothing but that.
+    /// The wrench, if a motion was logged under a constant one, as under a constant command; else `None`. Rows at rest without any
+    /// load, as before a step of the command, do not count.
     pub fn constant_wrench(&self) -> Option<[f64; 6]> {
         let row = |series: &[Vec<f64>; 6], n: usize| series.each_ref().map(|series| series[n]);
         let stands = |n: &usize| row(&self.executed, *n) == [0.0; 6];
@@ -181,14 +181,14 @@ impl Log {
         self.sent.iter().flatten().any(|v| *v != 0.0)
     }
 
-    /// Whether nobody measured where it began: its poses are the integral of its velocity from there on.
+    /// Whether its origin was not measured: its poses are the integral of its velocity from the identity.
     pub fn has_own_origin(&self) -> bool {
         self.pose.first() == Some(&Pose::identity()) && self.is_integrated()
     }
 
     /// Whether its poses are the integral of its velocity.
     pub fn is_integrated(&self) -> bool {
-        /// Smaller parts of a step are round-off.
+        /// Smaller fractions of a step are round-off.
         const ROUND_OFF: f64 = 1e-6;
         let mut steps = (1..self.cycle_count()).map(|n| {
             let (from, to) = (&self.pose[n - 1], &self.pose[n]);
@@ -198,14 +198,14 @@ impl Log {
                 angular: turn_between(&from.rotation, &to.rotation, &said.angular),
             };
             let norm = |twist: Twist<f64>| Vector6::from_row_slice(&twist.get()).norm();
-            // A sum has as many digits as it is long.
+            // The resolution of a sum depends on its magnitude.
             let digits = 8.0 * f64::EPSILON * (1.0 + to.translation.vector.norm());
             norm(moved - said) <= ROUND_OFF * norm(said) + digits
         });
         self.reading == Reading::AtEnd && steps.all(|is_sum| is_sum)
     }
 
-    /// Its poses, each with the turn since the one before that the velocity says.
+    /// Its poses, each with the rotation since the one before by the velocity.
     pub fn turned_poses(&self) -> impl Iterator<Item = Followed> {
         let poses = self.pose.iter().enumerate();
         poses.map(|(n, pose)| Followed {
@@ -214,7 +214,7 @@ impl Log {
         })
     }
 
-    /// How far it has turned since the cycle before by its velocity, rad in M; zero in the first.
+    /// Rotation since the cycle before by the velocity, rad in M; zero in the first.
     pub fn turned_by_velocity(&self, n: usize) -> Vector3<f64> {
         match n {
             0 => Vector3::zeros(),
@@ -222,7 +222,7 @@ impl Log {
         }
     }
 
-    /// How far it moved since the cycle before, m in C and rad in M, by its velocity.
+    /// Displacement since the cycle before by the velocity, m in C and rad in M.
     fn moved_by_velocity(&self, n: usize) -> Twist<f64> {
         let velocity = |n: usize| {
             let rates = std::array::from_fn(|axis| self.executed[axis][n]);
@@ -235,9 +235,9 @@ impl Log {
         mean * self.cycle_s
     }
 
-    /// Whether the rig stands still throughout: nothing is sent, and poses and velocities stay within their noise.
+    /// Whether the rig is at rest throughout: nothing is sent, and poses and velocities stay within their noise.
     pub fn rests(&self, noise: &NoiseModel) -> bool {
-        /// Deviations of the noise that a log of hours does not exceed.
+        /// Standard deviations of noise that even a log of hours does not exceed.
         const STILL: f64 = 7.0;
         let Some(first) = self.pose.first() else {
             return true;
@@ -270,7 +270,7 @@ fn finite(six: [f64; 6]) -> [f64; 6] {
     six.map(|v| if v.is_finite() { v } else { 0.0 })
 }
 
-/// The runs of cycles that follow each other with a pose in each.
+/// The stretches of consecutive cycles that all have a pose.
 pub fn stretches(signals: &Signals<'_>) -> Vec<Range<usize>> {
     let mut all: Vec<Range<usize>> = Vec::new();
     for n in (0..signals.len()).filter(|n| signals.pose(*n).is_some()) {

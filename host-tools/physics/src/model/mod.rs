@@ -70,7 +70,7 @@ pub struct Model {
 }
 
 impl Model {
-    /// The axis that alone turns, if nothing else moves: the guide is then a bearing.
+    /// The only active axis, if it is a rotation: the guide is then a bearing.
     pub fn bearing(&self) -> Option<Axis> {
         match self.rig.active_axes.as_slice() {
             [one] if one.is_rotation() => Some(*one),
@@ -78,7 +78,7 @@ impl Model {
         }
     }
 
-    /// Axes about or along which what moves swings freely, under a wrench of zero.
+    /// Axes of a free swing, under a wrench of zero.
     pub fn free_axes(&self) -> [bool; 6] {
         let is_free = self.sensor.wrench == WrenchMeaning::Free;
         let mut free = [false; 6];
@@ -89,7 +89,7 @@ impl Model {
         free
     }
 
-    /// Nominal moment of inertia about what the bearing turns about, kg·m²; 0 without a bearing.
+    /// Nominal moment of inertia about the axis of the bearing, kg·m²; 0 without a bearing.
     pub fn inertia_about_bearing(&self) -> f64 {
         let Some(axis) = self.bearing() else {
             return 0.0;
@@ -108,7 +108,7 @@ impl Model {
     ///
     /// # Errors
     ///
-    /// There is none with this id; the error offers the nearest one.
+    /// There is no effect with this id; the error suggests the nearest one.
     pub fn effect(&self, id: &str) -> Result<&'static Effect, EffectError> {
         let own = self.hypotheses.iter().find(|h| h.id == id);
         match own {

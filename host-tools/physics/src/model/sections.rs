@@ -104,28 +104,28 @@ pub struct ToolModel {
     pub dynamic_compensation: bool,
 }
 
-/// What the recorded wrench is.
+/// Meaning of the recorded wrench.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum WrenchMeaning {
     /// The reading of a force/torque sensor: it can only be later than the motion.
     #[default]
     Measured,
-    /// A force that a motor was told to apply, with reversed sign: it can only be earlier.
+    /// The negative of a force that a motor was commanded to apply: it can only be earlier.
     Commanded,
-    /// The same, of which the scale to newtons is a guess (amperes, volts, bar): its gain is looked for.
+    /// The same with a scale to newtons that is a guess (amperes, volts, bar): its gain is estimated.
     Unscaled,
-    /// None: what moves swings freely. The amounts of effects are those beside the mass or the moment of inertia that the model has.
+    /// No wrench is recorded: a free swing. The amounts of effects are relative to the mass or moment of inertia of the model.
     Free,
 }
 
 impl WrenchMeaning {
-    /// Whether the motion follows it, and not it the motion.
+    /// Whether the wrench drives the motion, and does not react to it.
     pub fn drives(self) -> bool {
         self != Self::Measured
     }
 
-    /// Whether a drive was told it.
+    /// Whether it is a drive's command.
     pub fn is_told(self) -> bool {
         matches!(self, Self::Commanded | Self::Unscaled)
     }
@@ -143,7 +143,7 @@ pub struct SensorModel {
     pub bias: [f64; 6],
     /// Gravity in C, m/s².
     pub gravity_m_s2: [f64; 3],
-    /// What the recorded wrench is.
+    /// Meaning of the recorded wrench.
     pub wrench: WrenchMeaning,
     /// Every cycle is a measurement of its own at rest: poses and wrenches have no motion
     /// between them.
@@ -155,9 +155,9 @@ pub struct SensorModel {
 
 /// A zero-phase Butterworth low-pass (forward and backward).
 ///
-/// A linear load passes it as its motion does. A friction does not: its sign is taken from the filtered motion, so its force has to
-/// be filtered as the recorded one was (`load::filtered` has what is between the two). So has the motion that follows from what was
-/// sent.
+/// A linear load is filtered through its motion. A friction is not: its sign is taken from the filtered motion, so its force has
+/// to be filtered like the recorded one (`load::filtered` treats loads between the two). So has the motion that is computed from
+/// commands.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FilterModel {
@@ -168,7 +168,7 @@ pub struct FilterModel {
 }
 
 impl FilterModel {
-    /// What it makes of a series with samples so far apart; nothing, if all of that is below its cutoff.
+    /// Filters a series with this sample time; a cutoff beyond half the sampling rate leaves it as it is.
     pub fn zero_phase(&self, sample_time_s: f64, series: &[f64]) -> Vec<f64> {
         let cutoff = self.cutoff_hz * sample_time_s;
         match cutoff < 0.5 {
@@ -177,15 +177,15 @@ impl FilterModel {
         }
     }
 
-    /// Of so many samples those beside an end of which what is filtered shows what is beyond, which nobody knows: until that is 1 %,
-    /// exp(−2π·2·0.38) for order 4, or an eighth of a short series.
+    /// Number of samples beside each end that depend on unknown samples beyond it by more than 1 %, exp(−2π·2·0.38) for order 4;
+    /// at most an eighth of a short series.
     pub fn settling(&self, sample_time_s: f64, count: usize) -> usize {
         const PERIODS: f64 = 2.0;
         let settled = (PERIODS / (self.cutoff_hz * sample_time_s)).ceil() as usize;
         settled.min(count / 8)
     }
 
-    /// As it acts on samples that are so far apart.
+    /// The filter for samples at this distance.
     pub fn on_samples(&self, sample_time_s: f64) -> LowPassed {
         LowPassed {
             order: self.order,
@@ -246,7 +246,7 @@ pub struct BodyModel {
 }
 
 impl BodyModel {
-    /// Overwrites what is written here; the rest stays as it is.
+    /// Overwrites the settings that are given here; the others stay.
     pub fn apply_to(&self, settings: &mut BodySettings) {
         settings.fixed = self.fixed.unwrap_or(settings.fixed);
         settings.mass_kg = self.mass_kg.unwrap_or(settings.mass_kg);

@@ -27,7 +27,7 @@ pub enum Stage {
     Pause(PauseTrigger, PauseKind),
     /// Limit of the executed acceleration.
     DriveAcceleration,
-    /// Limit of the acceleration inside of the loop that makes the lag.
+    /// Limit of the acceleration inside the loop that causes the lag.
     LoopAcceleration,
     /// Limit of the planned acceleration, before the lag.
     PlannerAcceleration,
@@ -39,15 +39,15 @@ pub enum Stage {
     DriveVelocity,
     /// Limit of the planned velocity, before the lag.
     PlannerVelocity,
-    /// Executed over sent velocity is not 1.
+    /// Ratio of executed to sent velocity other than 1.
     Gain,
     /// Lost motion.
     Backlash,
     /// The sent velocity is rounded.
     CommandStep,
-    /// Small velocities that are sent move nothing.
+    /// Dead zone: small commanded velocities move nothing.
     DeadZone,
-    /// Executed over sent velocity differs by direction.
+    /// Ratio of executed to sent velocity that differs by direction.
     Direction,
 }
 
@@ -136,7 +136,7 @@ impl Stage {
         }
     }
 
-    /// Whether values of its parameters lie in the ranges of the catalogue.
+    /// Whether values of its parameters are within the ranges of the catalogue.
     pub fn holds(self, rotation: bool, values: &[f64]) -> bool {
         let catalogued = by_id(self.id()).map_or(&[][..], |effect| effect.parameters);
         let mut both = self.parameters(false).iter().zip(values);
@@ -154,7 +154,7 @@ impl Stage {
         self.parameters(true) != self.parameters(false)
     }
 
-    /// Which of several forms of an effect it is: names that are 1 in a model file.
+    /// Form of an effect with several ones: names that are 1 in a model file.
     pub fn form(self) -> &'static [&'static str] {
         match self {
             Self::Pause(PauseTrigger::Output, PauseKind::RestartsFromRest) => {
@@ -213,7 +213,7 @@ impl Stage {
         }
     }
 
-    /// The stage of an effect in a model file; None if it is no effect of the actuator.
+    /// The stage of an effect in a model file; `None` if the effect is not one of the actuator.
     pub fn of(id: &str, parameters: &BTreeMap<String, f64>) -> Option<Self> {
         let is_set = |name: &&str| parameters.get(*name) == Some(&1.0);
         let fits = |stage: &Self| stage.form().iter().all(is_set);
@@ -236,7 +236,7 @@ impl Model {
         for effect in self.effects.iter().filter(|e| acts_on(e, axis)) {
             if let Some(stage) = Stage::of(&effect.id, &effect.parameters) {
                 let value = |(name, _): &Named| effect.parameters.get(*name).copied();
-                // Without a value for its kind of axis an effect does not act on the axis.
+                // Without values for its kind of axis an effect does not act on the axis.
                 let values: Option<Vec<f64>> =
                     stage.parameters(axis >= 3).iter().map(value).collect();
                 if let Some(values) = values {

@@ -10,7 +10,7 @@ fn the_commented_file_is_the_default() {
     );
 }
 
-/// With all that is commented out, no key is left out that a model file may hold.
+/// With all commented parts, the file has every key that a model file may have.
 #[test]
 fn the_commented_parts_are_valid_too() {
     let text: String = Model::default_toml()
@@ -26,7 +26,7 @@ fn the_commented_parts_are_valid_too() {
     assert_eq!(model.bodies.q.fixed, Some(true));
     assert_eq!(model.effects.len(), 2);
     assert_eq!(model.hypotheses.len(), 1);
-    // Mechanisms have a page of their own; of two effects one acts on all axes.
+    // Docking mechanisms have their own page; one of the two effects acts on all axes.
     let said = format!("{model:?}").replace("limits: None", "");
     let said = said.replacen("axes: []", "", 1);
     let last = said.replacen("interval_95: {}, fitted_on: None", "", 1);
@@ -105,7 +105,7 @@ fn errors_name_field_value_and_range() {
     }
 }
 
-/// Of a joint of 0.4 kg·m² and 2 kg at 0.3 m something is left: 0.58 kg·m² in all.
+/// A joint of 0.4 kg·m² and 2 kg at 0.3 m, 0.58 kg·m² in all: an error must leave a part of it.
 #[test]
 fn an_error_leaves_something_of_what_it_is_an_error_of() {
     let joint = Model::from_toml(

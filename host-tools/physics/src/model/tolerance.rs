@@ -1,7 +1,7 @@
 //! How far nominal parameters may be off: one standard deviation each.
 //!
-//! A diagnosis lets every nominal parameter move within its tolerance, at a price, before it calls
-//! something a missing effect: 10 g of tool mass that nobody weighed are not a discovery.
+//! A diagnosis lets every nominal parameter move within its tolerance, as a Gaussian prior, before it names a missing effect: 10
+//! g of tool mass that nobody weighed are not a finding.
 
 use super::WallModel;
 use serde::{Deserialize, Serialize};

@@ -25,13 +25,12 @@ pub enum ModelError {
         /// Dotted name of the field.
         field: String,
     },
-    /// An effect that is none, or has parameters that it cannot have.
+    /// An unknown effect, or one with invalid parameters.
     #[error(transparent)]
     Effect(#[from] EffectError),
 }
 
-/// A value that the controller would not accept either, by its name in the model file. `body`
-/// is the section of the spacecraft.
+/// A value that the controller would refuse as well, under its name in the model file. `body` is the section of the spacecraft.
 fn by_model_name(error: SettingsError, body: &str) -> ModelError {
     let field = error
         .field

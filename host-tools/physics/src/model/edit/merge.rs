@@ -1,14 +1,13 @@
 //! The difference of two models, carried over to the text of a model file.
 //!
-//! Both models are written out as TOML and walked side by side; where a number differs, the number
-//! at the same place of the user's text is replaced, with its comment left where it is. What the
-//! text does not have yet is added at its end.
+//! Both models are written out as TOML and compared item by item. Where a number differs, the number at the same place of the
+//! user's text is replaced, and its comment stays. What the text does not have yet is added at its end.
 
 use crate::model::Model;
 use anyhow::{Context, Result};
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
-/// `text`, which says `before`, changed so that it says `after`.
+/// `text`, which describes `before`, changed so that it describes `after`.
 pub(super) fn merge(text: &str, before: &Model, after: &Model) -> Result<String> {
     let mut document: DocumentMut = text.parse().context("the model file is not TOML")?;
     let written = |model: &Model| {
@@ -37,8 +36,7 @@ pub(super) fn merge(text: &str, before: &Model, after: &Model) -> Result<String>
     Ok(document.to_string())
 }
 
-/// `text` without the effects of an id; every other line stays, comments that stand right above
-/// an effect apart.
+/// `text` without the effects with an id; every other line stays, except comments directly above such an effect.
 pub(super) fn without_effect(text: &str, id: &str) -> Result<String> {
     let mut document: DocumentMut = text.parse().context("the model file is not TOML")?;
     if let Some(Item::Value(Value::Array(effects))) = document.get_mut("effect") {
@@ -74,7 +72,7 @@ pub(super) fn without_effect(text: &str, id: &str) -> Result<String> {
     Ok(kept.concat())
 }
 
-/// The line behind the last one that belongs to the effect whose header stands in line `at`.
+/// The line after the last one of the effect whose header is in line `at`.
 fn end_of_effect(lines: &[&str], at: usize) -> usize {
     let is_header = |line: &&str| {
         let line = line.trim_start();
@@ -94,7 +92,7 @@ fn is_comment(line: &str) -> bool {
     line.trim_start().starts_with('#')
 }
 
-/// Whether two items say the same.
+/// Whether two items have the same value.
 fn same(a: &Item, b: &Item) -> bool {
     a.to_string().trim() == b.to_string().trim()
 }
@@ -144,7 +142,7 @@ fn merge_table(user: &mut dyn TableLike, old: &dyn TableLike, new: &dyn TableLik
         }
         match (user.get_mut(key), old, new.as_value()) {
             (Some(item), Some(old), _) => merge_item(item, old, new),
-            // The user's text left it at its default.
+            // The user's text does not have it, as it was the default.
             (_, _, Some(new)) => {
                 user.insert(key, Item::Value(fresh(new)));
             }
@@ -225,7 +223,7 @@ fn append<'a>(document: &mut DocumentMut, key: &str, new: impl Iterator<Item = &
     }
 }
 
-/// Adds a section with what differs from the defaults.
+/// Adds a section with the values that differ from `old`.
 fn add_section(document: &mut DocumentMut, key: &str, old: Option<&Item>, new: &Item) {
     let Some(new) = new.as_table_like() else {
         return;
@@ -261,7 +259,7 @@ fn take_trailing(document: &mut DocumentMut, table: &mut Table) {
     document.set_trailing("");
 }
 
-/// Place of the last table of the text.
+/// Position of the last table of the text.
 fn last_position(table: &dyn TableLike) -> isize {
     let inner = |item: &Item| match item {
         Item::Table(table) => table.position().unwrap_or(0).max(last_position(table)),

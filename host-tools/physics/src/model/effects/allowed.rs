@@ -18,7 +18,7 @@ pub struct Allowed {
     pub high: f64,
     /// Value where the file gives none.
     pub default: f64,
-    /// It says which form of the effect it is; there is nothing to fit.
+    /// It selects a form of the effect; there is nothing to fit.
     pub choice: bool,
     /// The reading is linear in it.
     pub linear: bool,
@@ -58,8 +58,8 @@ pub fn known(model: &Model, effect: &Effect) -> Vec<Allowed> {
     all
 }
 
-/// Adds the parameters of rotations where a stage has others than for translations, with their own range or the same one in
-/// their unit.
+/// Adds the parameters for rotations where a stage has other ones than for translations, with their own range or the same numbers
+/// in their unit.
 fn add_rotations(all: &mut Vec<Allowed>, effect: &Effect) {
     let stages = Stage::ALL.into_iter().filter(|s| s.id() == effect.id);
     for stage in stages.filter(|s| s.has_units_of_its_axes()) {
@@ -84,7 +84,7 @@ fn add_rotations(all: &mut Vec<Allowed>, effect: &Effect) {
     }
 }
 
-/// Adds a parameter, unless one of its name is there.
+/// Adds a parameter, unless there is one of the same name.
 fn add(all: &mut Vec<Allowed>, one: Allowed) {
     if all.iter().all(|a| a.name != one.name) {
         all.push(one);

@@ -21,7 +21,7 @@ impl EffectModel {
         Ok(())
     }
 
-    /// Checks id, axes, parameters and intervals; `model` has the hypotheses beside the catalogue.
+    /// Checks id, axes, parameters and intervals; `model` provides the hypotheses in addition to the catalogue.
     ///
     /// # Errors
     ///
@@ -65,7 +65,8 @@ impl EffectModel {
         Ok(())
     }
 
-    /// An effect with parameters of their own for translations and rotations needs those of one.
+    /// Whether all parameters of one kind of axis (translations or rotations) are given: an effect with different parameters for
+    /// both needs only those of one.
     fn is_of_one_kind_of_axis(&self) -> bool {
         let has = |stage: Stage, rotation| {
             let mut names = stage.parameters(rotation).iter();

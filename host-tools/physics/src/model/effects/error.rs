@@ -1,6 +1,6 @@
-//! What is wrong with an effect of a model file.
+//! Errors of an effect of a model file.
 
-/// An `[[effect]]` of a model file that cannot be.
+/// An invalid `[[effect]]` or `[[hypothesis]]` of a model file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EffectError {
     /// No such effect.
@@ -70,7 +70,7 @@ pub enum EffectError {
         /// Largest allowed value.
         high: f64,
     },
-    /// A hypothesis that is none.
+    /// An invalid hypothesis.
     #[error("[[hypothesis]] `{id}`: `{key}`: {why}")]
     Hypothesis {
         /// The id that was given.
@@ -80,7 +80,7 @@ pub enum EffectError {
         /// Why not, and what is expected.
         why: String,
     },
-    /// An interval without parameter, or with its ends exchanged.
+    /// An interval without a parameter, or with its ends exchanged.
     #[error(
         "[[effect]] `{id}`: interval_95 of `{name}` is [{low}, {high}]; expected [low, high] of a \
          parameter that is given"

@@ -36,7 +36,7 @@ impl Column {
         self.0[axis].get(n).copied().unwrap_or(0.0)
     }
 
-    /// Whether there is nothing in it.
+    /// Whether all series are empty.
     pub fn is_zero(&self) -> bool {
         self.0.iter().all(Vec::is_empty)
     }
@@ -57,7 +57,7 @@ impl Column {
         }
     }
 
-    /// What a function makes of each series in which there is something.
+    /// Applies a function to each series that is not empty.
     pub fn each(&self, of: impl Fn(&[f64]) -> Vec<f64>) -> Self {
         let each = |series: &Vec<f64>| match series.is_empty() {
             true => Vec::new(),
@@ -66,7 +66,7 @@ impl Column {
         Self(self.0.each_ref().map(each))
     }
 
-    /// Without another column; series of which nothing is left are empty.
+    /// This column minus another; series that become zero are emptied.
     pub fn less(mut self, other: &Self) -> Self {
         for (own, other) in self.0.iter_mut().zip(&other.0) {
             if own.is_empty() {

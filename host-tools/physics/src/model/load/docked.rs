@@ -1,8 +1,7 @@
 //! Docking mechanisms over a log.
 //!
-//! They remember: friction that sticks, a ring that yields, latches. What they do follows from the way
-//! and not from an instant, so they are moved along the measured motion. A log, and each run of the robot in it, has to
-//! begin before the contact.
+//! They have memory: sticking friction, a ring that yields, latches. Their force depends on the path, not on the present pose
+//! alone, so they are moved along the measured motion. A log, and each run of the robot in it, has to begin before the contact.
 
 use crate::model::prediction::signals::Step;
 use nalgebra::UnitQuaternion;
@@ -10,14 +9,14 @@ use softdock_control::frames::{Pose, Twist, Wrench};
 use softdock_control::wrench::Motion;
 use softdock_mechanism::{Docking, DockingSettings};
 
-/// The docking mechanisms of a model on their way.
+/// The docking mechanisms of a model with their state.
 pub struct Docked {
     dockings: Vec<Docking>,
-    /// As they are before anything touches.
+    /// The mechanisms before any contact.
     untouched: Vec<Docking>,
     last: Option<Pose<f64>>,
     cycle_s: f64,
-    /// Steps of a cycle.
+    /// Integration steps per cycle.
     steps: f64,
 }
 
@@ -36,8 +35,8 @@ impl Docked {
         }
     }
 
-    /// The wrench at M in axes of M of every cycle; empty without a mechanism. `steps` are empty where each cycle follows the one
-    /// before.
+    /// The wrench at M in axes of M of every cycle; empty without a mechanism. `steps` is empty if each cycle directly follows
+    /// the one before.
     pub fn over(
         settings: &[DockingSettings],
         cycle_s: f64,
@@ -63,8 +62,8 @@ impl Docked {
         self.dockings.is_empty()
     }
 
-    /// Before a cycle that follows the one before so: between two runs the robot was moved away, and the way over a hole is not
-    /// known.
+    /// To be called before each cycle with its step. Between two runs the robot was moved away, so that the mechanisms are reset;
+    /// across a hole the path is unknown, so that they keep their state.
     pub fn resume(&mut self, step: Step) {
         match step {
             Step::Next | Step::Lost(_) => {}
@@ -76,7 +75,7 @@ impl Docked {
         }
     }
 
-    /// Moves on to the pose of the next cycle, straight and evenly.
+    /// Moves to the pose of the next cycle, along a straight line at constant velocity.
     pub fn advance(&mut self, pose: &Pose<f64>) {
         let last = self.last.replace(*pose).unwrap_or(*pose);
         let way = pose.translation.vector - last.translation.vector;
@@ -96,13 +95,13 @@ impl Docked {
         }
     }
 
-    /// What they do at M, in axes of M, for a pose and a twist of M.
+    /// Their wrench at M, in axes of M, for a pose and a twist of M.
     pub fn wrench(&self, pose: &Pose<f64>, twist: &Twist<f64>) -> Wrench<f64> {
         let all = self.dockings.iter().map(|d| d.wrench(pose, twist));
         all.fold(Wrench::zero(), |sum, wrench| sum + wrench)
     }
 
-    /// The wrench's noise by that of each component of position (m) and velocity (m/s) of M.
+    /// Noise of the wrench from one standard deviation of each component of position (m), then velocity (m/s) of M.
     pub fn noise(
         &self,
         pose: &Pose<f64>,
@@ -130,7 +129,7 @@ mod tests {
 
     const MODEL: &str = include_str!("../../../../scenarios/probe-drogue.model.toml");
 
-    /// Into the mechanism until it holds, and 0.1 m away again: what it caught, another run has lost.
+    /// Into the mechanism until it latches, and 0.1 m away again: the next run meets an open latch.
     #[test]
     fn each_run_meets_a_mechanism_that_nothing_has_touched() {
         let model = Model::from_toml(MODEL, "model").unwrap();

@@ -1,8 +1,8 @@
-//! What the catalogue's laws do to the sensor's reading over a log, for prediction and fit.
+//! Effect of the catalogue's laws on the sensor's reading over a log, for prediction and fit.
 //!
-//! With all parameters given, an effect is a part of the reading. For a fit, the parts of its linear
-//! parameters are columns of a regression; the others shape the columns. Columns are difference
-//! quotients of the part itself, so that they cannot disagree with it.
+//! With all parameters given, an effect is an additive part of the reading. For a fit, each linear parameter has a column of the
+//! design matrix; the others shape the columns. Columns are difference quotients of that part itself, so that the two cannot
+//! disagree.
 
 use super::{Scene, laws};
 use crate::effects::{
@@ -12,58 +12,59 @@ use crate::model::Model;
 use std::collections::BTreeMap;
 use std::sync::{LazyLock, Mutex, PoisonError};
 
-/// Latest that a reading is looked for in logs of 100 Hz and more.
+/// Longest delay of a reading that is searched in logs of 100 Hz and more, s.
 const LATEST_S: f64 = 0.1;
 /// The same in cycles, in slower logs.
 const LATEST_CYCLES: f64 = 10.0;
-/// The same as a share of the shortest log: of what is later too little is left to compare. Set by hand.
+/// The same as a share of the shortest log: a longer delay leaves too little to compare. Set by hand.
 const LATEST_SHARE: f64 = 0.25;
-/// Shortest time constant of a drift as a share of the shortest log: what is over sooner is a constant but for the first rows. Set by
+/// Shortest time constant of a drift as a share of the shortest log: a faster one is a constant except in the first rows. Set by
 /// hand.
 const CREEPS: f64 = 0.1;
-/// Share of the usual speed (rms) of the logs at which the fall of a friction has ended: one that still falls beyond it is told
-/// neither from one that falls all the way nor from less friction with a higher peak.
+/// Share of the usual speed (rms) of the logs below which the fall of a friction has to end: one that still falls beyond it can
+/// be distinguished neither from one that falls throughout nor from less friction with a higher peak.
 const FALLEN: f64 = 0.5;
-/// Times the largest speed that is tried up to which a search refines that over which a friction turns round: in the likelihood a
-/// slower turn competes with other errors of form, and least squares choose it in the end.
+/// Multiple of the largest tried transition speed of a friction up to which a search refines it: in the likelihood a slower
+/// transition competes with other errors of form, and least squares choose it in the end.
 const SHARP: f64 = 10.0;
 
-/// Ratio of a speed to the one over which a friction turns round from which the friction has its level to 3 % (tanh), to which
-/// laws are right. One that does not have it at the usual speed is not looked for.
+/// Ratio of a speed to the transition speed of a friction at which the friction has its level to 3 % (tanh), which is the
+/// accuracy of laws. A friction that does not reach it at the usual speed is not searched.
 pub const LEVEL: f64 = 2.1;
-/// Ratio of a stroke to the distance over which a friction builds up from which the friction has its level to 3 % at the end
-/// (1 − 2 exp(−ratio), Dahl). One that does not have it at the end of the usual stroke is a spring by another name.
+/// Ratio of a stroke to the distance over which a friction builds up at which the friction has its level to 3 % at the end (1 − 2
+/// exp(−ratio), Dahl). A friction that does not reach it at the end of the usual stroke cannot be distinguished from a spring.
 pub(super) const STROKE_TO_LEVEL: f64 = 4.2;
-/// The same ratio of what relaxes linearly (Bouc-Wen): a loop of less than its distance is a line but for its first part. Set by hand.
+/// The same ratio for linear unloading (Bouc-Wen): a loop shorter than its distance is a line except for its first part. Set by
+/// hand.
 pub(super) const STROKE_TO_LOOP: f64 = 1.0;
-/// Share of its level that a part of a friction reaches at the least: of less it is not the level that a log tells. Set by hand: an
-/// excess that turns round over two thirds of the speed over which it fades has half.
+/// Least share of its level that each part of a friction must reach: below it, the log does not determine the level. Set by hand:
+/// an excess whose transition speed is two thirds of the speed over which it fades reaches half.
 const REACHED: f64 = 0.5;
 
-/// The latest that anything is looked for in logs of which the shortest is so long, both in s.
+/// Longest delay that is searched if the shortest log has this duration, both in s.
 pub fn latest_s(shortest_s: f64) -> f64 {
     LATEST_SHARE * shortest_s
 }
 
-/// How slow and how fast logs are.
+/// Sampling, speed and duration of a set of logs.
 #[derive(Clone, Copy, Debug)]
 pub struct Pace {
-    /// Length of a cycle, where that is longest, s.
+    /// The longest cycle time of the logs, s.
     pub cycle_s: f64,
-    /// Root mean square of the velocity along the guide, in the log where that is largest, m/s or rad/s.
+    /// The largest rms velocity along the guide of the logs, m/s or rad/s.
     pub speed: f64,
     /// Duration of the shortest log, s.
     pub shortest_s: f64,
 }
 
 impl Pace {
-    /// By how much later than in fast logs a reading is looked for.
+    /// Factor by which the searched delays are longer than in fast logs, at least 1.
     fn slower(self) -> f64 {
         (self.cycle_s * LATEST_CYCLES / LATEST_S).max(1.0)
     }
 }
 
-/// What a coefficient may be.
+/// Constraint of a coefficient.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sign {
     /// Any sign.
@@ -81,9 +82,9 @@ pub struct Coefficient {
     pub name: &'static str,
     /// SI unit.
     pub unit: &'static str,
-    /// What it may be.
+    /// Its constraint.
     pub sign: Sign,
-    /// It stands for all others at once.
+    /// It acts like all others at once.
     pub common: bool,
 }
 
@@ -96,9 +97,9 @@ pub struct Shape {
     pub unit: &'static str,
     /// Values that a search tries.
     pub tried: &'static [f64],
-    /// It is a choice of form, not a physical size that matters: it has no interval.
+    /// It selects a form and is no physical size of interest: it has no interval.
     pub choice: bool,
-    /// It takes any value between those that are tried.
+    /// It may take any value between those that are tried.
     pub continuous: bool,
 }
 
@@ -108,7 +109,7 @@ pub struct LoadEffect {
     pub effect: &'static Effect,
     /// Id in the catalogue.
     pub id: &'static str,
-    /// Its parameters, as those of a bearing where it acts on one.
+    /// Its parameters, for a bearing where it acts on one.
     pub parameters: Vec<Parameter>,
     /// Parameters that multiply the columns, in their order.
     pub coefficients: Vec<Coefficient>,
@@ -116,11 +117,11 @@ pub struct LoadEffect {
     pub shapes: Vec<Shape>,
 }
 
-/// Those of the catalogue; where two explain a log equally well, the earlier one is named.
+/// The effects of the catalogue; of two that explain a log equally well, the earlier one is named.
 static CATALOGUED: LazyLock<Vec<LoadEffect>> = LazyLock::new(|| catalogued(false));
-/// The same where the guide is a bearing.
+/// The same for a guide that is a bearing.
 static OF_BEARINGS: LazyLock<Vec<LoadEffect>> = LazyLock::new(|| catalogued(true));
-/// Those of hypotheses, by their entries.
+/// The effects of hypotheses, by their entries.
 static OWN: Mutex<Vec<&'static LoadEffect>> = Mutex::new(Vec::new());
 
 fn catalogued(bearing: bool) -> Vec<LoadEffect> {
@@ -156,7 +157,7 @@ impl LoadEffect {
         Some(new)
     }
 
-    /// None for an effect that does not change the reading, or only its samples.
+    /// `None` for an effect that does not change the reading, or only its samples, and for one of a bearing if there is none.
     fn of(effect: &'static Effect, bearing: bool) -> Option<Self> {
         if matches!(
             effect.law,
@@ -202,12 +203,12 @@ impl LoadEffect {
         })
     }
 
-    /// Whether it changes the reading of the sensor and nothing else: neither how a rig moves nor its clocks.
+    /// Whether it changes only the reading of the sensor: neither the rig's motion nor its clocks.
     pub fn is_of_the_reading_alone(&self) -> bool {
         !matches!(self.effect.law, Law::Actuator(_) | Law::Apart(_))
     }
 
-    /// Whether it changes the reading as a whole, whatever loads the sensor.
+    /// Whether it acts on the whole reading, whatever loads the sensor.
     pub fn acts_on_reading(&self) -> bool {
         matches!(
             self.effect.law,
@@ -221,12 +222,12 @@ impl LoadEffect {
         )
     }
 
-    /// Whether what it does depends on what else there is: it acts on what loads the sensor.
+    /// Whether its part depends on the other effects, because it acts on the total load of the sensor.
     pub fn acts_on_load(&self) -> bool {
         self.acts_on_reading() && !self.is_of_a_zero()
     }
 
-    /// Whether it moves all that loads the sensor in time.
+    /// Whether it shifts the whole reading in time.
     pub fn is_late(&self) -> bool {
         matches!(
             self.effect.law,
@@ -234,7 +235,8 @@ impl LoadEffect {
         )
     }
 
-    /// Whether it is a delay between a command and its execution: where that drives, the end of a log is without its motion.
+    /// Whether it is a delay between a command and its execution: if the command drives, the motion of its last samples lies
+    /// beyond the end of the log.
     pub fn is_a_delay(&self) -> bool {
         match self.effect.law {
             Law::Actuator(Actuator {
@@ -244,8 +246,8 @@ impl LoadEffect {
         }
     }
 
-    /// Range of a parameter in which a search looks. What is late is late by some cycles of a sensor, a bus or a clock; what is
-    /// slower than that is something else.
+    /// Range in which a search looks for a parameter. The delay of a reading is that of some cycles of a sensor, a bus or a
+    /// clock; a longer one has another cause.
     pub fn searched(&self, parameter: &Parameter, logs: Pace) -> [f64; 2] {
         let Parameter { low, high, .. } = *parameter;
         let Some(tried) = parameter.tried() else {
@@ -272,7 +274,7 @@ impl LoadEffect {
         }
     }
 
-    /// Values of a shape that are tried.
+    /// Values of a shape that a search tries.
     pub fn tried(&self, shape: &Shape, logs: Pace) -> Vec<f64> {
         let known = self.parameters.iter().find(|p| p.name == shape.name);
         let [low, high] = known.map_or([f64::NEG_INFINITY, f64::INFINITY], |p| {
@@ -292,23 +294,23 @@ impl LoadEffect {
         values
     }
 
-    /// Whether a parameter is a speed over which a friction falls or, as a form, turns round.
+    /// Whether a parameter is a speed over which a friction falls or, as a form, changes its sign.
     fn is_speed_of_friction(&self, parameter: &Parameter) -> bool {
         let is_speed = matches!(parameter.unit, "m/s" | "rad/s");
         matches!(self.effect.law, Law::Guide(_)) && is_speed
     }
 
-    /// Whether readings and motion are of different times.
+    /// Whether it puts reading and motion at different times.
     fn is_late_reading(&self) -> bool {
         self.effect.kind == Some(Kind::LateReading)
     }
 
-    /// Whether it follows the time and nothing else: a zero with a shape, which is how it changes.
+    /// Whether it depends on time alone: a zero of the sensor with a shape, which is how it changes.
     pub fn is_a_drift(&self) -> bool {
         self.is_of_a_zero() && !self.shapes.is_empty()
     }
 
-    /// Whether it is the same at all times, whatever moves.
+    /// Whether it is constant, whatever the motion.
     pub fn is_a_constant(&self) -> bool {
         let moving = Slide {
             position: 0.1,
@@ -326,7 +328,7 @@ impl LoadEffect {
         }
     }
 
-    /// Whether it takes energy from a motion: a force by the velocity, and none without.
+    /// Whether it takes energy from a motion: a force against the velocity, and zero at rest.
     pub fn dissipates(&self) -> bool {
         let at_rest = Slide {
             position: 0.1,
@@ -349,24 +351,24 @@ impl LoadEffect {
         matches!(self.effect.law, Law::Zero(_))
     }
 
-    /// Whether the log has what it acts on.
+    /// Whether the log contains what it acts on.
     pub fn acts(&self, scene: &Scene) -> bool {
         laws::acts(scene, self.effect)
     }
 
-    /// Whether its columns depend on its coefficients: a wall does not pull, so that where it lifts
-    /// off depends on all that pushes.
+    /// Whether its columns do not depend on its coefficients. Those of a contact do: a wall does not pull, so that where it lifts
+    /// off depends on everything that pushes.
     pub fn is_linear(&self) -> bool {
         !self.effect.is_of_a_contact() && !matches!(self.effect.law, Law::Docking(_))
     }
 
-    /// Whether coefficients that are known not to be 0 make it what it is: a Stribeck friction of which the excess may be
-    /// 0 is a dry one. `is_sure`: of the coefficient of a name.
+    /// Whether the coefficients that are known not to be 0 suffice to make it this effect: a Stribeck friction whose excess may
+    /// be 0 is a dry friction. `is_sure` tells it of the coefficient with a name.
     pub fn is_determined(&self, is_sure: impl Fn(&str) -> bool) -> bool {
         let names = self.coefficients.iter().enumerate();
         let sure = names.filter(|(_, c)| is_sure(c.name)).map(|(k, _)| k);
         let sure: Vec<usize> = sure.collect();
-        // Beside some of what it may be a detail of.
+        // Beside any subset of the effects of which it is a detail.
         let simpler = self.effect.detail_of;
         let is_whole = |there: u32| {
             let beside = |id: &str| {
@@ -378,9 +380,9 @@ impl LoadEffect {
         self.coefficients.is_empty() || (!sure.is_empty() && (0..1 << simpler.len()).any(is_whole))
     }
 
-    /// Whether intervals say more of it than that it may not be there: that of any of its amounts leaves out 0, or, where it has
-    /// none, that of its time. An effect with amounts and a shape to which they are tied has other judges: of a slow drift only
-    /// the slope is known.
+    /// Whether the intervals show that it is present: the interval of one of its amounts excludes 0, or, for a late effect
+    /// without amounts, that of its time. An effect with amounts and a shape on which they depend passes here and is judged
+    /// elsewhere: of a slow drift only the slope is known.
     pub fn is_told(&self, is_sure: impl Fn(&str) -> bool) -> bool {
         let mut shapes = self.shapes.iter().filter(|shape| !shape.choice);
         match self.is_late() && self.coefficients.is_empty() {
@@ -389,18 +391,18 @@ impl LoadEffect {
         }
     }
 
-    /// Whether it is another, simpler effect without some of its coefficients.
+    /// Whether it becomes another, simpler effect without some of its coefficients.
     pub fn may_be_simpler(&self) -> bool {
         let alone = |k: usize| (self.effect.is_whole)(&[k], &|_| true);
         !(0..self.coefficients.len()).all(alone)
     }
 
-    /// Places of all its columns: one of each coefficient, or of the effect as a whole.
+    /// Places of all its columns: one per coefficient, or a single one for an effect without coefficients.
     pub fn places(&self) -> Vec<usize> {
         (0..self.coefficients.len().max(1)).collect()
     }
 
-    /// Its law, and the speed over which it turns round, if it does so over a speed.
+    /// Its law and the speed over which its direction changes; `None` if it does not change over a speed.
     pub(super) fn turns_over_speed(&self, shapes: &[f64]) -> Option<(&Guide, f64)> {
         let (Law::Guide(law) | Law::Bearing(law)) = &self.effect.law else {
             return None;
@@ -411,8 +413,8 @@ impl LoadEffect {
         }
     }
 
-    /// The shortest usual stroke in which it is told from a spring: by the distance over which it builds up; 0 if it does so at once
-    /// or over a speed.
+    /// The shortest usual stroke in which it can be distinguished from a spring, from the distance over which it builds up; 0 if
+    /// it changes at once or over a speed.
     pub(super) fn needs_stroke(&self, shapes: &[f64]) -> f64 {
         let (Law::Guide(law) | Law::Bearing(law)) = &self.effect.law else {
             return 0.0;
@@ -424,7 +426,7 @@ impl LoadEffect {
         }
     }
 
-    /// Whether a part of it (an excess at low speed) is gone before it has [`REACHED`] its level.
+    /// Whether a part of it (an excess at low speed) has decayed before it has [`REACHED`] its level.
     pub(super) fn fades_as_it_turns(&self, law: &Guide, speed: f64, shapes: &[f64]) -> bool {
         let is_gone = |k: usize| {
             let mut unit = vec![0.0; self.coefficients.len()];
@@ -446,8 +448,8 @@ impl LoadEffect {
         (0..self.coefficients.len()).any(is_gone)
     }
 
-    /// Whether a coefficient is out of what the rig can be: beyond the plausible range of the
-    /// catalogue, a part of a tool that weighs more, or an error that leaves nothing of what it is an error of.
+    /// Whether a coefficient is impossible for the rig: beyond the plausible range of the catalogue, a part that weighs more than
+    /// the whole tool, or an error that leaves nothing of the nominal value.
     pub fn is_implausible(&self, model: &Model, name: &str, value: f64) -> bool {
         let known = self.parameters.iter().find(|p| p.name == name);
         known.is_some_and(|p| {
@@ -459,7 +461,7 @@ impl LoadEffect {
         })
     }
 
-    /// Values of a model file in the order of the parameters; what is left out has its default.
+    /// Values of a model file in the order of the parameters; missing ones have their default.
     pub fn given(&self, values: &BTreeMap<String, f64>) -> Vec<f64> {
         let value = |p: &Parameter| values.get(p.name).copied().unwrap_or(p.default());
         self.parameters.iter().map(value).collect()
@@ -477,10 +479,10 @@ impl LoadEffect {
     }
 }
 
-/// From the last of some values on in equal ratios, up to an end: machines are faster than a docking rig, whose values these are, by
-/// whatever factor.
+/// Further values in equal ratios from the last one up to an end: the values are those of docking rigs, and other machines are
+/// faster by any factor.
 fn further(values: &[f64], end: f64) -> Vec<f64> {
-    /// Largest ratio of one value to the one before, unless that would be more than [`MOST`].
+    /// Largest ratio between successive values, unless that takes more than [`MOST`].
     const RATIO: f64 = 2.5;
     /// Most values.
     const MOST: f64 = 6.0;
@@ -504,7 +506,7 @@ mod tests {
         assert_eq!(further(&[0.02], 150.0).len(), 6);
     }
 
-    /// An excess that fades over 10 mm/s: of one that turns round over 2 mm/s eight tenths act, over 20 mm/s a fifth.
+    /// An excess that fades over 10 mm/s: with a transition over 2 mm/s it reaches 0.8, over 20 mm/s a fifth.
     #[test]
     fn an_excess_that_is_gone_before_the_friction_has_turned_is_none() {
         let stribeck = LoadEffect::find(&Model::default(), "guide_stribeck").expect("catalogued");
@@ -516,7 +518,8 @@ mod tests {
         assert_eq!([0.002, 0.02].map(fades), [false, true]);
     }
 
-    /// All three amounts of a friction that differs by direction, whose dry part stands alone and whose viscous one beside another effect.
+    /// All three amounts of a friction that differs by direction: its dry part stands alone, its viscous one beside another
+    /// effect.
     #[test]
     fn what_is_known_of_all_its_amounts_is_known() {
         let asymmetry = LoadEffect::find(&Model::default(), "guide_asymmetry").expect("catalogued");
@@ -528,8 +531,8 @@ mod tests {
         assert!(!is_determined(&[]));
     }
 
-    /// What builds up by Dahl's law over half a millimetre has its level after two; what does by Bouc and Wen's shows in a stroke of
-    /// that length; what turns round at once does in any.
+    /// A friction that builds up by Dahl's law over half a millimetre has its level after two; one by Bouc and Wen shows in a
+    /// stroke of that length; a sharp one in any stroke.
     #[test]
     fn a_friction_that_builds_up_needs_a_stroke() {
         let needs = |id: &str, shapes: &[f64]| {

@@ -1,8 +1,9 @@
-//! What the low-pass of an import has made of a load, if the motion of the log went through it, too.
+//! Effect of an import's low-pass on a load, if the motion of the log was filtered as well.
 //!
-//! What is proportional to the motion is filtered as that is. A friction is not: the sign of a velocity has frequencies of its own,
-//! so that its force is filtered as the recorded one was. Of what depends on the position alone, as the weight of a link on its angle,
-//! the part that is proportional to the position over the log is of the first kind, and what it is beyond that of the second.
+//! A load that is proportional to the motion is computed from the filtered motion and is thereby filtered. A friction is not: the
+//! sign of a velocity has frequencies of its own, so its force is filtered like the recorded one. A load that depends on the
+//! position alone, such as the weight of a link, is split: its part that is proportional to the position over the log is of the
+//! first kind, the rest of the second.
 
 use super::{Column, Scene, laws};
 use crate::effects::formula::{ActsOn, Signals};
@@ -10,7 +11,7 @@ use crate::effects::{Effect, Law, Role, Slide, Values};
 use crate::model::FilterModel;
 use nalgebra::Vector3;
 
-/// The load of an effect in the log, given the one that it is by the filtered motion.
+/// The load of an effect as it appears in the log, from the `part` that is computed with the filtered motion.
 pub(super) fn load(
     filter: FilterModel,
     scene: &Scene,
@@ -38,8 +39,8 @@ fn through(filter: FilterModel, cycle_s: f64, mut part: Column) -> Column {
     part
 }
 
-/// Parameters of the parts of which each is filtered in its own way: of an own hypothesis one for each of its amounts, as a search
-/// has a column for each. The parts of a law of the catalogue are alike.
+/// Parameter sets of the parts that are filtered separately: for a user's hypothesis one per amount, as a search has a column for
+/// each. A law of the catalogue is a single part.
 fn terms(effect: &Effect, p: Values<'_>) -> Vec<Vec<f64>> {
     if !matches!(effect.law, Law::Formula(_)) {
         return vec![p.to_vec()];
@@ -55,14 +56,14 @@ fn terms(effect: &Effect, p: Values<'_>) -> Vec<Vec<f64>> {
     amounts.iter().map(alone).collect()
 }
 
-/// Three instants of any motion, with the time and a push of the walls.
+/// Three instants of an arbitrary motion: position, velocity, acceleration, time and push of the walls.
 const INSTANTS: [[f64; 5]; 3] = [
     [0.7, 0.4, -3.0, 1.7, 5.0],
     [-0.3, 1.1, 2.0, 0.3, -2.0],
     [1.3, -0.6, 0.5, 2.9, 0.6],
 ];
 
-/// One of them, with so many times its motion.
+/// One of these instants, with its motion multiplied by a factor.
 fn instant([position, velocity, acceleration, time, force]: [f64; 5], factor: f64) -> Signals {
     let slide = Slide::at_velocity(factor * velocity);
     Signals {
@@ -76,10 +77,10 @@ fn instant([position, velocity, acceleration, time, force]: [f64; 5], factor: f6
     }
 }
 
-/// Force along a guide or about a bearing, given how that moves.
+/// Force along a guide, or torque about a bearing, from its motion.
 type Along<'a> = Box<dyn Fn(&Signals) -> f64 + 'a>;
 
-/// Force of an effect that acts along its guide or about its bearing.
+/// Force of an effect along its guide or about its bearing; `None` if it does not act so.
 fn along<'a>(effect: &Effect, p: Values<'a>) -> Option<Along<'a>> {
     let slide = |moving: &Signals| Slide {
         position: moving.position,
@@ -101,9 +102,9 @@ fn along<'a>(effect: &Effect, p: Values<'a>) -> Option<Along<'a>> {
     }
 }
 
-/// Whether an effect follows the motion in proportion.
+/// Whether an effect is proportional to the motion.
 fn is_proportional(effect: &Effect, p: Values<'_>) -> bool {
-    /// By what a motion is multiplied: reversed, it tells what has a sign of its own.
+    /// Factor on the motion: a negative one shows whether the effect depends on a sign.
     const FACTOR: f64 = -0.5;
     let is = |force: Along<'_>| {
         INSTANTS.iter().all(|of| {
@@ -114,8 +115,8 @@ fn is_proportional(effect: &Effect, p: Values<'_>) -> bool {
     along(effect, p).is_some_and(is)
 }
 
-/// The part of an effect that is proportional to the motion: all of it, or of what depends on the position alone what is proportional
-/// to that, by least squares beside a constant force.
+/// The part of an effect that is proportional to the motion: all of it, or for one that depends on the position alone the part
+/// proportional to that, by least squares beside a constant. `None` if there is no such part.
 fn proportional_part(scene: &Scene, effect: &Effect, p: Values<'_>) -> Option<Column> {
     let force = along(effect, p)?;
     if is_proportional(effect, p) {
@@ -145,7 +146,7 @@ fn proportional_part(scene: &Scene, effect: &Effect, p: Values<'_>) -> Option<Co
     Some(scene.guide_force(acts_at, |n| slope * scene.position[n]))
 }
 
-/// Slope of a force over positions; none where nothing moves, or the force has no value.
+/// Slope of a force over positions; `None` without a motion or if the force is undefined.
 fn slope(positions: &[Vector3<f64>], force: impl Fn(&Vector3<f64>) -> Vector3<f64>) -> Option<f64> {
     let count = positions.len().max(1) as f64;
     let forces: Vec<Vector3<f64>> = positions.iter().map(force).collect();
@@ -196,7 +197,7 @@ mod tests {
         Scene::new(&model, CYCLE_S, time_s, poses, motions)
     }
 
-    /// Root mean square of what is left in the middle of a log.
+    /// Rms in the middle of a log.
     fn rms(column: &Column) -> f64 {
         softdock_statistics::rms(&column.0[3][500..1500])
     }
@@ -207,7 +208,7 @@ mod tests {
         effect.contribution(scene, &parameters)
     }
 
-    /// Over a small angle a weight is a spring, at whatever frequency: what the filter has left of the angle is not filtered again.
+    /// Over a small angle a weight is a spring, at any frequency: it is not filtered again.
     #[test]
     fn a_weight_is_filtered_as_a_spring_is() {
         for hz in [2.0, 9.0, 12.0] {
@@ -219,7 +220,7 @@ mod tests {
         }
     }
 
-    /// What an own hypothesis about the bearing loads with.
+    /// The load by a user's hypothesis about the bearing.
     fn own(formula: &str, parameters: [(&str, &str, f64); 3]) -> Column {
         let declared = parameters.map(|(name, unit, _)| {
             format!("{name} = {{ unit = \"{unit}\", low = 0, high = 99 }}\n")
@@ -234,7 +235,7 @@ mod tests {
         effect.contribution(&scene, &values.into())
     }
 
-    /// A sine and a cosine of the time, which the motion does not know, are both filtered: by half at the cutoff.
+    /// A sine and a cosine of time, which do not depend on the motion, are both filtered: to half at the cutoff.
     #[test]
     fn what_follows_the_time_is_filtered() {
         let formula = "a * sin(2 * PI * f * time) + b * cos(2 * PI * f * time)";
@@ -257,7 +258,7 @@ mod tests {
         assert!(left < 1e-9, "{left}");
     }
 
-    /// A sharp friction has harmonics, which the filter takes.
+    /// A sharp friction has harmonics, which the filter removes.
     #[test]
     fn a_friction_is_filtered_as_it_was_recorded() {
         let friction = loaded(&swinging(9.0), "guide_coulomb", "torque_n_m", 1.0);

@@ -1,4 +1,4 @@
-//! How a point of M moves along the guide or about the bearing, of which a friction depends.
+//! Motion of a point of M along the guide or about the bearing, on which friction depends.
 
 use super::column::Column;
 
@@ -9,9 +9,9 @@ pub(super) struct Guided {
     pub(super) velocity: Vec<f64>,
     /// Root mean square of it.
     pub(super) rms_speed: f64,
-    /// Way from one reversal to the next, where most of the way is made, m or rad.
+    /// Path between reversals, weighted by its length, m or rad.
     pub(super) usual_stroke: f64,
-    /// Reading of a force of 1 N along the guide; of a torque of 1 N·m about a bearing.
+    /// Reading of a force of 1 N along the guide, or of a torque of 1 N·m about a bearing.
     pub(super) unit: Column,
 }
 
@@ -27,7 +27,7 @@ impl Guided {
     }
 }
 
-/// Mean length of the strokes between reversals, each weighed by its length; what trembles is none.
+/// Mean length of the strokes between reversals, each weighted by its length; small trembling does not count as a stroke.
 fn usual_stroke(velocity: &[f64], cycle_s: f64) -> f64 {
     let (sum, squares) = strokes(velocity, cycle_s)
         .into_iter()
@@ -37,9 +37,9 @@ fn usual_stroke(velocity: &[f64], cycle_s: f64) -> f64 {
     if sum > 0.0 { squares / sum } else { 0.0 }
 }
 
-/// Lengths of the way from each turning point to the next.
+/// Lengths of the path between successive turning points.
 fn strokes(velocity: &[f64], cycle_s: f64) -> Vec<f64> {
-    /// Part of the whole range by which a motion has to come back before it has turned. Set by hand: noise is less.
+    /// Share of the whole range by which a motion has to come back to count as reversed. Set by hand: noise is less.
     const BACK: f64 = 0.02;
     let mut at = 0.0;
     let known = velocity.iter().filter(|v| v.is_finite());

@@ -1,4 +1,4 @@
-//! What each kind of law does to the sensor's reading over a log.
+//! Effect of each kind of law on the sensor's reading over a log.
 
 use super::{Column, Scene, Touch};
 use crate::effects::formula::{ActsOn, Formula, Signals};
@@ -12,7 +12,7 @@ use nalgebra::{Matrix3, Vector3};
 use softdock_control::frames::{Pose, Wrench, matrix};
 use softdock_control::wrench::Motion;
 
-/// Whether the log has what the effect acts on.
+/// Whether the log contains what the effect acts on.
 pub(super) fn acts(scene: &Scene, effect: &Effect) -> bool {
     let sensor = &scene.model.sensor;
     let live = |meaning| sensor.wrench == meaning && !sensor.at_rest;
@@ -35,7 +35,7 @@ pub(super) fn acts(scene: &Scene, effect: &Effect) -> bool {
         }
         Law::Drive(_) => live(WrenchMeaning::Unscaled),
         Law::Formula(_) => !sensor.at_rest,
-        // On a bearing the weight of what nobody weighed is a torque, of which a lever of 1 kg is another name.
+        // On a bearing without a known mass, the weight is only a torque, which could as well be that of 1 kg at some lever.
         Law::Tool(_) if effect.is_centre_of_mass_alone() && scene.model.bearing().is_some() => {
             known_mass(&scene.model).is_some()
         }
@@ -43,7 +43,7 @@ pub(super) fn acts(scene: &Scene, effect: &Effect) -> bool {
     }
 }
 
-/// What the effect does to a reading; None for forms that exclude each other.
+/// Change of a reading by the effect; `None` for forms that exclude each other.
 pub(super) fn part(
     scene: &Scene,
     reading: &Column,
@@ -111,7 +111,7 @@ fn guide(scene: &Scene, law: &Guide, p: Values<'_>, acts_at: f64) -> Option<Colu
     }))
 }
 
-/// What a user has written; None where it has no value.
+/// Load by a user's formula; `None` if it is undefined in some cycle.
 fn formula(scene: &Scene, law: &Formula, p: Values<'_>) -> Option<Column> {
     let pushes = |n: usize| {
         scene
@@ -170,7 +170,7 @@ pub(super) fn spring(
     })
 }
 
-/// How far a spring is stretched in each cycle, in C; of a bearing the angle about its axis.
+/// Displacement of a spring in each cycle, in C; for a bearing the angle about its axis.
 pub(super) fn displacement(
     scene: &Scene,
     rests_at_start: bool,
@@ -189,7 +189,7 @@ pub(super) fn displacement(
     }
 }
 
-/// What walls push more than the nominal ones, N, given the tip in one and the cycle.
+/// Additional push of the walls over the nominal one, N; `more` gets the penetration of the tip and the cycle.
 fn push(scene: &Scene, more: impl Fn(&Penetration, usize) -> f64) -> Column {
     scene.wall_force(|t, n| {
         let more = penetration(t, n).map_or(0.0, |at| more(&at, n));
@@ -197,7 +197,7 @@ fn push(scene: &Scene, more: impl Fn(&Penetration, usize) -> f64) -> Column {
     })
 }
 
-/// What walls push more if the tip is at another depth (m) than the nominal one.
+/// Additional push of the walls if the penetration (m) is another one than nominal.
 fn depth(scene: &Scene, other: impl Fn(f64, &Facing) -> f64) -> Column {
     scene.wall_force(|t, n| {
         let facing = Facing {
@@ -208,7 +208,7 @@ fn depth(scene: &Scene, other: impl Fn(f64, &Facing) -> f64) -> Column {
     })
 }
 
-/// A direction; none of a point that does not move.
+/// The unit vector; zero for a point that does not move.
 fn unit_or_zero(way: Vector3<f64>) -> Vector3<f64> {
     way.try_normalize(0.0).unwrap_or_default()
 }
@@ -235,7 +235,7 @@ fn tool(scene: &Scene, wrench: impl Fn(&ToolState) -> Wrench<f64>) -> Column {
     })
 }
 
-/// The tip in a wall; None outside.
+/// The penetration of the tip in a wall; `None` outside.
 fn penetration(t: &Touch, n: usize) -> Option<Penetration> {
     let depth = t.penetration[n];
     (depth > 0.0).then(|| Penetration {
@@ -245,13 +245,13 @@ fn penetration(t: &Touch, n: usize) -> Option<Penetration> {
     })
 }
 
-/// Change of a reading that comes late.
+/// Change of a reading by a delay and a lag.
 fn late(scene: &Scene, reading: &Column, by: Lateness) -> Column {
     let late = reading.each(|series| by.delayed(series, scene.cycle_s));
     late.less(reading)
 }
 
-/// Change of a reading that is there before what it is the reading of, or after it where the delay of what has no lag is negative.
+/// Change of a reading that is early by a delay and a lag, such as a command before its motion; late if the delay is negative.
 fn early(scene: &Scene, reading: &Column, by: Lateness) -> Column {
     let Lateness { delay_s, lag_s } = by;
     if delay_s < 0.0 {
@@ -285,7 +285,7 @@ pub fn nominal_tool(model: &Model) -> ToolState {
     }
 }
 
-/// A tool that moves with M, whose pose and motion in C are given; `s_from_c`: where that turns C to.
+/// A tool that moves with M, from the pose and motion of M in C; `s_from_c` rotates C to S.
 pub fn in_motion(
     tool: ToolState,
     s_from_c: Matrix3<f64>,
@@ -301,12 +301,12 @@ pub fn in_motion(
     }
 }
 
-/// Mass that hangs on the sensor; 1 kg where the model does not know it, so that a fit gives the product of both.
+/// Known mass of the load on the sensor; 1 kg if the model does not know it, so that a fit gives the product of mass and lever.
 pub(super) fn hanging(model: &Model) -> f64 {
     known_mass(model).unwrap_or(1.0)
 }
 
-/// The nominal mass of the tool, or without one what the model knows by an effect on the tool.
+/// The nominal mass of the tool; without one, that of effects on the tool in the model.
 fn known_mass(model: &Model) -> Option<f64> {
     if model.tool.mass_kg > 0.0 {
         return Some(model.tool.mass_kg);

@@ -1,4 +1,4 @@
-//! What effects of the sensor's load do to its reading over a log, one of them and several together.
+//! Change of the sensor's reading over a log by effects on its load, single ones and several together.
 
 use super::effects::{LEVEL, LoadEffect};
 use super::{Column, Scene, filtered, laws};
@@ -8,8 +8,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 impl LoadEffect {
-    /// The columns at some places as they stand in the log, through the filter of its import if it had
-    /// one; None if the log or the model has nothing for them to act on.
+    /// The columns at some places as they appear in the log, through the filter of its import if it had one; `None` if log or
+    /// model have nothing on which they act.
     pub fn columns(&self, scene: &Scene, shapes: &[f64], places: &[usize]) -> Option<Vec<Column>> {
         if !self.acts(scene) {
             return None;
@@ -22,8 +22,8 @@ impl LoadEffect {
         columns.filter(|columns| !columns.iter().all(Column::is_zero))
     }
 
-    /// What it loads the sensor with by its coefficients at some places if each is 1; None if it acts on the reading as a whole, or if
-    /// that is not linear in its coefficients.
+    /// Load of the sensor per unit of its coefficients at some places; `None` if it acts on the whole reading, or is not linear
+    /// in its coefficients.
     pub fn unit_loads(
         &self,
         scene: &Scene,
@@ -38,8 +38,8 @@ impl LoadEffect {
         slopes.collect()
     }
 
-    /// Whether a friction would change its sign over a speed so large that it never reaches its level, or over a distance so long: it
-    /// would be a viscous one, or a spring, by another name.
+    /// Whether a friction changes its sign over so large a speed that it never reaches its level, or over so long a distance: it
+    /// could not be distinguished from a viscous friction, or from a spring.
     pub fn never_reaches_its_level(&self, scene: &Scene, shapes: &[f64]) -> bool {
         if self.needs_stroke(shapes) > scene.usual_stroke() {
             return true;
@@ -50,8 +50,8 @@ impl LoadEffect {
         LEVEL * speed > scene.rms_speed() || self.fades_as_it_turns(law, speed, shapes)
     }
 
-    /// The columns around given coefficients: times these they are the effect exactly, also where
-    /// it is not linear in its only one.
+    /// The columns at given coefficients: multiplied by these they give the effect exactly, also if it is not linear in its only
+    /// coefficient.
     pub fn columns_at(
         &self,
         scene: &Scene,
@@ -70,13 +70,13 @@ impl LoadEffect {
         }
     }
 
-    /// Part of the reading, with parameters from a model file; what is left out is 0 or default.
+    /// Its part of the reading with parameters from a model file; missing ones are 0 or their default.
     pub fn contribution(&self, scene: &Scene, parameters: &BTreeMap<String, f64>) -> Column {
         contribution(scene, &[(self, self.given(parameters))])
     }
 
-    /// Difference quotient of a part by a coefficient, at zero. Its step, a millionth of the plausible
-    /// range, is a power of two, so that what is linear has no error of rounding.
+    /// Difference quotient of a part with respect to a coefficient, at zero. Its step, a millionth of the plausible range, is a
+    /// power of two, so that a linear part has no rounding error.
     fn slope(
         &self,
         shapes: &[f64],
@@ -100,7 +100,7 @@ impl LoadEffect {
         Some(slope)
     }
 
-    /// What the effect does to the reading; None for forms that exclude each other.
+    /// Change of the reading by the effect; `None` for forms that exclude each other.
     fn part(&self, scene: &Scene, p: Values<'_>) -> Option<Column> {
         let part = self.change(scene, &scene.reading, p)?;
         Some(match self.acts_on_reading() {
@@ -109,7 +109,7 @@ impl LoadEffect {
         })
     }
 
-    /// By how much it changes a reading that has the effects before it.
+    /// Its change of a reading that includes the effects before it.
     fn change(&self, scene: &Scene, reading: &Column, p: Values<'_>) -> Option<Column> {
         let part = laws::part(scene, reading, self.effect, p)?;
         Some(match scene.model.sensor.filter {
@@ -120,7 +120,7 @@ impl LoadEffect {
         })
     }
 
-    /// The same; nothing where the log has nothing for it to act on.
+    /// The same; zero if the log has nothing on which it acts.
     fn change_if_any(&self, scene: &Scene, reading: &Column, p: Values<'_>) -> Column {
         let change = self
             .acts(scene)
@@ -133,12 +133,12 @@ impl LoadEffect {
 /// An effect with its parameters, in the order of the catalogue.
 pub type Valued<'a> = (&'a LoadEffect, Vec<f64>);
 
-/// What effects together do to the reading, beside those that the model knows.
+/// Change of the reading by effects together, in addition to those of the model.
 pub fn contribution(scene: &Scene, effects: &[Valued<'_>]) -> Column {
     Loaded::by(scene, effects).read()
 }
 
-/// What effects load the sensor with beside those that the model knows, and those of them that act on the reading as a whole.
+/// Load of the sensor by effects, in addition to those of the model, and the effects among them that act on the whole reading.
 pub struct Loaded<'a> {
     scene: &'a Scene,
     load: Column,
@@ -166,20 +166,20 @@ impl<'a> Loaded<'a> {
         self
     }
 
-    /// What they do to the reading.
+    /// Change of the reading by them.
     pub fn read(&self) -> Column {
         as_read(self.scene, self.load.clone(), &self.whole)
     }
 
-    /// What a further effect on the reading as a whole does that these do not do without it.
+    /// Additional change of the reading by a further effect that acts on the whole reading.
     pub fn added(&self, effect: Valued<'a>) -> Column {
         let with = [&self.whole[..], &[effect]].concat();
         as_read(self.scene, self.load.clone(), &with).less(&self.read())
     }
 }
 
-/// What the reading shows of a further load: what acts on the reading as a whole (a delay, a gain) acts on
-/// all that loads the sensor, first the known effects, then `whole`.
+/// Change of the reading by a further load. Effects that act on the whole reading (a delay, a gain) act on the total load of the
+/// sensor: first those of the model, then `whole`.
 fn as_read(scene: &Scene, load: Column, whole: &[Valued<'_>]) -> Column {
     let known = known(&scene.model, &scene.model.effects);
     if whole.is_empty() && known.iter().all(|(law, _)| !law.acts_on_load()) {
@@ -194,7 +194,7 @@ fn as_read(scene: &Scene, load: Column, whole: &[Valued<'_>]) -> Column {
     scene.shown(reading.less(&scene.reading))
 }
 
-/// Effects of a model file that act on the reading as a whole.
+/// Effects of a model file that act on the whole reading.
 fn known(model: &Model, effects: &[EffectModel]) -> Vec<Valued<'static>> {
     let laws = effects.iter().filter_map(|effect| {
         let law = LoadEffect::find(model, &effect.id)?;
@@ -203,8 +203,8 @@ fn known(model: &Model, effects: &[EffectModel]) -> Vec<Valued<'static>> {
     laws.filter(|(law, _)| law.acts_on_reading()).collect()
 }
 
-/// Samples at the end of a stretch without gaps whose motion lies behind it: a drive is told a delay before it moves, and a clock
-/// may be late.
+/// Number of samples at the end of a stretch without gaps whose motion lies beyond its end: a drive is commanded a delay before
+/// it moves, and a clock may be late.
 pub fn beyond_the_end(scene: &Scene) -> usize {
     let known = known(&scene.model, &scene.model.effects).into_iter();
     let acting = known.filter(|(effect, _)| effect.acts(scene));
@@ -218,8 +218,8 @@ pub fn beyond_the_end(scene: &Scene) -> usize {
     (ahead.sum::<f64>().max(0.0) / scene.cycle_s).ceil() as usize
 }
 
-/// What each effect of a model loads the sensor with. It depends on none of the other effects, but for the mass that hangs on the
-/// sensor: of models that differ in one of them the others need not be computed anew.
+/// Load of the sensor by each effect of a model. It does not depend on other effects, except through the mass on the sensor, so
+/// that models that differ in one effect can share those of the others.
 #[derive(Default)]
 pub struct LoadOfEach {
     hanging_kg: f64,
@@ -227,7 +227,7 @@ pub struct LoadOfEach {
 }
 
 impl LoadOfEach {
-    /// Of the effects of a model file over a log, with what is known of them already.
+    /// Loads of the effects of a model file over a log; those in `before` are reused.
     pub fn of(scene: &Scene, effects: &[EffectModel], before: &Self) -> Self {
         let hanging_kg = laws::hanging(&scene.model);
         let same = |effect: &EffectModel| {
@@ -252,8 +252,8 @@ impl LoadOfEach {
     }
 }
 
-/// Adds what effects of a model file do to the reading of a scene, with what is known of the load of each. What acts on the reading
-/// as a whole acts last, wherever it stands in the file.
+/// Adds the effects of a model file to the reading of a scene; loads in `before` are reused. Effects on the whole reading act
+/// last, wherever they stand in the file.
 pub fn add_known(scene: &mut Scene, effects: &[EffectModel], before: &LoadOfEach) {
     for (_, load) in LoadOfEach::of(scene, effects, before).known {
         scene.reading.add(&load.0);

@@ -33,7 +33,7 @@ use softdock_control::wrench::Motion;
 
 /// The nominal load of the sensor, ready to run.
 pub struct LoadModel {
-    /// What hangs on the sensor.
+    /// The tool on the sensor.
     pub tool: Tool,
     /// Gravity in C, m/s².
     pub gravity: Vector3<f64>,
@@ -41,9 +41,9 @@ pub struct LoadModel {
     pub m_from_s: Pose<f64>,
     /// Reading without load.
     pub bias: Wrench<f64>,
-    /// What the tip can touch.
+    /// Walls that the tip can touch.
     pub walls: Vec<Wall>,
-    /// What centres the tip.
+    /// Guide that centres the tip.
     pub guide: Option<Guide>,
     /// The reading contains the tool's inertial wrench.
     pub inertial: bool,
@@ -68,8 +68,8 @@ impl LoadModel {
         }
     }
 
-    /// Reading of the sensor in S (N, N·m) at a pose of M in C with this motion, without docking
-    /// mechanisms: they remember ([`Docked`]).
+    /// Reading of the sensor in S (N, N·m) at a pose of M in C with this motion, without docking mechanisms, which have memory
+    /// ([`Docked`]).
     pub fn wrench(&self, pose: &Pose<f64>, motion: &Motion<f64>) -> Wrench<f64> {
         let s_from_m = self.m_from_s.inverse();
         let mut wrench = self.free_wrench(pose, motion);
@@ -85,14 +85,14 @@ impl LoadModel {
         wrench
     }
 
-    /// Reading of what docking mechanisms do at M in a cycle; zero without one.
+    /// Reading of the wrench of docking mechanisms at M in a cycle; zero without one.
     pub fn docked(&self, at_m: &[Wrench<f64>], n: usize) -> Wrench<f64> {
         let zero = Wrench::zero;
         at_m.get(n)
             .map_or_else(zero, |wrench| wrench.transferred(&self.m_from_s.inverse()))
     }
 
-    /// The same where nothing touches or guides the tip: zero, weight and inertia.
+    /// The reading without contact and guide: zero, weight and inertia.
     fn free_wrench(&self, pose: &Pose<f64>, motion: &Motion<f64>) -> Wrench<f64> {
         let s_from_m = self.m_from_s.rotation.inverse();
         let gravity_in_s = s_from_m * (pose.rotation.inverse() * self.gravity);
@@ -103,7 +103,7 @@ impl LoadModel {
         }
     }
 
-    /// The force of what touches and guides the tip, N in C, out of a reading.
+    /// The force of contact and guide on the tip, N in C, from a reading.
     pub fn contact_force(
         &self,
         reading: &Wrench<f64>,
@@ -121,9 +121,9 @@ impl LoadModel {
         self.tool.inertial_wrench(&motion)
     }
 
-    /// Variance of the reading by what an acceleration is uncertain (one standard deviation of each
-    /// axis): the inertial wrench is linear in it, and the orientation does not matter, because the
-    /// noise of the three axes is the same. Zero where the reading has no inertia.
+    /// Variance of the reading that follows from an uncertain acceleration (one standard deviation of each axis). The inertial
+    /// wrench is linear in it, and the orientation does not matter, because the noise of the three axes is the same. Zero where
+    /// the reading has no inertia.
     pub fn inertial_variance(&self, acceleration_sigma: &[f64; 6]) -> [f64; 6] {
         let mut variance = [0.0; 6];
         for (i, sigma) in acceleration_sigma
@@ -183,7 +183,7 @@ mod tests {
     use super::*;
     use softdock_control::frames::{orientation_from_abc, pose, vector};
 
-    /// Force times tip velocity equals wrench times twist: the lever neither makes nor eats power.
+    /// Force times tip velocity equals wrench times twist: the transfer conserves power.
     #[test]
     fn power_is_the_same_at_the_tip_and_at_the_origin() {
         let mut at = pose::<f64>(&[0.1, 0.2, 0.3], &[1.0, 0.0, 0.0, 0.0]);

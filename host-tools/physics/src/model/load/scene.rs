@@ -1,4 +1,4 @@
-//! A log's motion with everything that effects of the sensor's load depend on.
+//! The motion of a log with all quantities on which effects of the sensor's load depend.
 
 use super::column::Column;
 use super::guided::Guided;
@@ -16,14 +16,14 @@ use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// Motion, contact and nominal reading of every cycle of a log. What no effect changes is shared by its copies.
+/// Motion, contact and nominal reading of every cycle of a log. What no effect changes is shared among copies.
 #[derive(Clone)]
 pub struct Scene {
     /// Cycle time, s.
     pub cycle_s: f64,
     /// Time of each cycle, s.
     pub time_s: Arc<[f64]>,
-    /// Where the log begins of which this is all or a part.
+    /// Beginning of the log of which this is all or a part.
     began: Beginning,
     /// Pose of M in C.
     pub pose: Arc<[Pose<f64>]>,
@@ -31,17 +31,17 @@ pub struct Scene {
     pub motion: Arc<[Motion<f64>]>,
     /// Orientation of C in M.
     pub m_from_c: Arc<[Matrix3<f64>]>,
-    /// How each cycle follows the one before; empty where each is the next.
+    /// How each cycle follows the one before; empty if each is the next.
     steps: Arc<[Step]>,
     /// Contact with each wall.
     pub touches: Arc<[Touch]>,
-    /// What the nominal docking mechanisms do at M, in axes of M; empty without one.
+    /// Wrench of the nominal docking mechanisms at M, in axes of M; empty without one.
     pub docked: Arc<[Wrench<f64>]>,
-    /// Reading in S by the nominal parameters alone.
+    /// Reading in S with the nominal parameters alone.
     nominal: Arc<Column>,
-    /// What loads the sensor: the same with all known effects but those that act on the reading as a whole.
+    /// Load of the sensor: the same with all known effects except those that act on the whole reading.
     pub(super) load: Column,
-    /// Reading in S by the nominal parameters and all effects that are known.
+    /// Reading in S with the nominal parameters and all known effects.
     pub reading: Column,
     /// Zero of the sensor.
     pub bias: [f64; 6],
@@ -51,32 +51,32 @@ pub struct Scene {
     pub sensor: Vector3<f64>,
     /// Orientation of M in S.
     pub s_from_m: Matrix3<f64>,
-    /// The guide's free direction, in C; of a bearing, what it turns about, in M.
+    /// Free direction of the guide, in C; for a bearing its axis, in M.
     pub axis: Vector3<f64>,
     /// The log is of a rig, not of any machine.
     pub of_a_rig: bool,
     /// Axes of the reading that were measured.
     measured: [bool; 6],
-    /// The wrench of the log changes: of one that never does nobody knows when it was told.
+    /// The wrench of the log changes: if it never does, its timing cannot be known.
     pub(super) wrench_changes: bool,
-    /// Position along the guide, m; of a bearing the angle, rad.
+    /// Position along the guide, m; for a bearing the angle, rad.
     pub position: Arc<[f64]>,
     /// Acceleration along the guide, m/s² or rad/s².
     pub acceleration: Arc<[f64]>,
     /// The guided point, or the one that touches the first wall, in M, m.
     pub tip: Vector3<f64>,
-    /// What each point of action has of the guide: M, tip, origin of the sensor.
+    /// Motion along the guide of each point of action: M, tip, origin of the sensor.
     guided: Arc<[Guided; 3]>,
     /// The nominal model.
     pub model: Model,
 }
 
-/// The matrix that undoes a rotation.
+/// The matrix of the inverse of a rotation.
 fn turned_back(rotation: &UnitQuaternion<f64>) -> Matrix3<f64> {
     rotation.inverse().to_rotation_matrix().into_inner()
 }
 
-/// Where forces act, in M, and the axis of the guide: of the guide, of the only axis that moves, of what docks, else x.
+/// Point of action of forces, in M, and axis of the guide: of the guide, of the only axis that moves, of what docks, else x.
 fn guided_by(model: &Model, load: &LoadModel) -> (Vector3<f64>, Vector3<f64>) {
     let docking = model.contact.docking.first();
     let tip = load.guide.as_ref().map(|guide| guide.tip);
@@ -104,8 +104,8 @@ impl Scene {
         depths.any(|depth| *depth > 0.0)
     }
 
-    /// Of a log: what its poses do not say. `by_velocity`: how far that of a cycle has turned since the one before, rad, by the velocity;
-    /// `wrench_changes`: the wrench of the log is not the same throughout.
+    /// Adds what the poses of a log do not contain. `by_velocity`: the rotation of a cycle since the one before by the velocity,
+    /// rad; `wrench_changes`: the wrench of the log is not constant.
     pub fn of_log(
         mut self,
         of_a_rig: bool,
@@ -128,9 +128,9 @@ impl Scene {
         self
     }
 
-    /// Whether the axis of the bearing stands upright, by the model's gravity: nothing that turns about it is lifted.
+    /// Whether the axis of the bearing is parallel to gravity, so that nothing that turns about it is lifted.
     pub fn turns_upright(&self) -> bool {
-        /// Largest sine of the angle between them: of so small a share of a weight no log tells anything.
+        /// Largest sine of the angle between them: no log shows so small a share of a weight.
         const UPRIGHT: f64 = 1e-3;
         let gravity = Vector3::from(self.model.sensor.gravity_m_s2);
         let lifts = |pose: &Pose<f64>| (pose.rotation * self.axis).cross(&gravity).norm();
@@ -145,13 +145,13 @@ impl Scene {
         self.time_s[n] - self.began.time_s
     }
 
-    /// Where a point of M was when the log began, in C, m.
+    /// Position of a point of M at the beginning of the log, in C, m.
     pub(super) fn first_place_of(&self, point: &Vector3<f64>) -> Vector3<f64> {
         let first = pose_of(&self.began.pose);
         first.translation.vector + first.rotation * point
     }
 
-    /// Position along the guide, m, or about the bearing, rad, with which the log began.
+    /// Position along the guide, m, or about the bearing, rad, at the beginning of the log.
     pub fn first_position(&self) -> f64 {
         match self.model.bearing() {
             Some(_) => self.first_angle(),
@@ -159,13 +159,13 @@ impl Scene {
         }
     }
 
-    /// Angle of a bearing with which the log began, rad.
+    /// Angle of a bearing at the beginning of the log, rad.
     pub(super) fn first_angle(&self) -> f64 {
         let first = pose_of(&self.began.pose);
         angle_about(&first, &self.axis) + TAU * f64::from(self.began.whole_turns)
     }
 
-    /// From a motion of which each cycle follows the one before.
+    /// From a motion without gaps.
     pub fn new(
         model: &Model,
         cycle_s: f64,
@@ -231,7 +231,7 @@ impl Scene {
         scene.along_guide()
     }
 
-    /// With the motion along the guide, or about the bearing.
+    /// Adds the motion along the guide, or about the bearing.
     fn along_guide(mut self) -> Self {
         self.position = match self.model.bearing() {
             Some(_) => angles(self.pose.iter().copied().map(Followed::from), &self.axis, 0).into(),
@@ -242,7 +242,7 @@ impl Scene {
         self
     }
 
-    /// The same motion with a model that differs in effects on the reading alone, and in the zero of the sensor.
+    /// The same motion with a model that differs only in effects on the reading and in the zero of the sensor.
     pub fn with_model(&self, model: &Model) -> Self {
         let by = std::array::from_fn(|axis| model.sensor.bias[axis] - self.bias[axis]);
         let mut scene = Self {
@@ -258,13 +258,13 @@ impl Scene {
         scene
     }
 
-    /// With a sensor of fewer than six axes: on the others nothing is read, whatever loads them.
+    /// Sets the axes that the sensor measures; the reading of the others is zero, whatever loads them.
     pub fn with_sensor(mut self, measured: [bool; 6]) -> Self {
         self.measured = measured;
         self
     }
 
-    /// What the sensor shows of a reading.
+    /// The reading on the measured axes alone.
     pub fn shown(&self, mut reading: Column) -> Column {
         let hidden = reading.0.iter_mut().zip(self.measured);
         hidden
@@ -306,7 +306,7 @@ impl Scene {
         }
     }
 
-    /// What a point of M moves in C by way of the guide; of a bearing by its angle, m/rad.
+    /// Motion of a point of M in C per motion along the guide; for a bearing per angle, m/rad.
     pub(super) fn way_of(&self, n: usize, point: &Vector3<f64>) -> Vector3<f64> {
         match self.model.bearing() {
             Some(_) => self.pose[n].rotation * self.axis.cross(point),
@@ -324,7 +324,7 @@ impl Scene {
         self.pose.is_empty()
     }
 
-    /// What effects of the model file make of the reading.
+    /// Change of the reading by the effects of the model file.
     pub fn known(&self) -> Column {
         self.shown(self.reading.clone().less(&self.nominal))
     }
@@ -351,7 +351,7 @@ impl Scene {
         self.guided(acts_at).velocity[n]
     }
 
-    /// The largest root mean square of the velocity along the guide of any point where its force may act, m/s.
+    /// The largest rms velocity along the guide of any possible point of action, m/s.
     pub fn rms_speed(&self) -> f64 {
         self.guided
             .iter()
@@ -359,19 +359,19 @@ impl Scene {
             .fold(0.0, f64::max)
     }
 
-    /// The largest usual stroke of any point where its force may act, m or rad.
+    /// The largest usual stroke of any possible point of action, m or rad.
     pub fn usual_stroke(&self) -> f64 {
         let each = self.guided.iter().map(|at| at.usual_stroke);
         each.fold(0.0, f64::max)
     }
 
-    /// Whether the log alone tells amounts of effects: of a load that never changes a friction of one direction is all, whatever else
-    /// there is.
+    /// Whether the log alone determines the amounts of effects. Under a load that never changes, a friction in one direction
+    /// equals it, whatever other effects there are.
     pub fn tells_amounts(&self) -> bool {
         self.wrench_changes || self.model.sensor.wrench == WrenchMeaning::Free
     }
 
-    /// Column of a force along the guide, N in its positive direction.
+    /// Column of a force along the guide, N in its positive direction, that acts at point `acts_at`.
     pub fn guide_force(&self, acts_at: f64, force: impl FnMut(usize) -> f64) -> Column {
         let sizes: Vec<f64> = (0..self.len()).map(force).collect();
         if sizes.iter().all(|size| *size == 0.0) {
@@ -428,7 +428,7 @@ impl Scene {
         })
     }
 
-    /// What the docking mechanisms of another model do at M; the way is only gone again if they differ.
+    /// Wrench of the docking mechanisms of another model at M; it is recomputed only if they differ.
     fn docked_of(&self, model: &Model) -> Cow<'_, [Wrench<f64>]> {
         if model.contact.docking == self.model.contact.docking {
             return Cow::Borrowed(&self.docked);
@@ -443,7 +443,7 @@ impl Scene {
         ))
     }
 
-    /// Change of the reading if other docking mechanisms stood there.
+    /// Change of the reading with other docking mechanisms.
     pub fn docked_change(&self, settings: &[DockingSettings]) -> Column {
         if settings == self.model.contact.docking {
             return Column::default();
@@ -475,7 +475,7 @@ mod tests {
     use softdock_control::frames::Twist;
     use std::f64::consts::PI;
 
-    /// A flange that hangs down and turns about its z: friction opposes the velocity, a spring the angle.
+    /// A flange that points down and turns about its z: friction opposes the velocity, a spring the angle.
     #[test]
     fn a_bearing_of_a_flange_that_hangs_down_has_its_velocity_its_angle_and_its_torque_alike() {
         let mut model = Model::default();
@@ -497,7 +497,7 @@ mod tests {
         assert!((torque.at(5, 5) - 2.5).abs() < 1e-12);
     }
 
-    /// About an upright axis nothing is lifted; about one that lies, or where the model has no gravity, something may be.
+    /// About an upright axis nothing is lifted; about a horizontal one, or where the model has no gravity, a weight may be.
     #[test]
     fn a_weight_is_looked_for_unless_the_axis_stands_upright() {
         let is_tried = |gravity_m_s2: [f64; 3]| {

@@ -38,7 +38,7 @@ impl Touch {
         }
     }
 
-    /// What the nominal wall would push at a depth in a cycle, N, and pull where it cannot.
+    /// Force of the nominal wall at a depth in a cycle, N; negative where it would pull, which the caller has to clip.
     pub fn push_at(&self, n: usize, depth: f64) -> f64 {
         if depth <= 0.0 {
             return 0.0;
@@ -46,7 +46,7 @@ impl Touch {
         self.stiffness * depth + self.damping * self.onset(depth) * self.rate[n]
     }
 
-    /// Of a wall over a motion.
+    /// Contact with a wall over a motion.
     pub(super) fn of(
         wall: &Wall,
         number: usize,

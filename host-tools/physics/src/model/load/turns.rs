@@ -1,7 +1,8 @@
-//! Where poses are along an axis, and how far they have turned about one.
+//! Positions of poses along an axis, and their rotation about one.
 //!
-//! Turns that differ by whole ones end in the same orientation. Where the orientation is the integral of a velocity, as in the log of a
-//! fast shaft of which nobody measured the angle, that velocity says which of them it was; else it is the shortest.
+//! Rotations that differ by whole turns end in the same orientation. If the orientation is the integral of a velocity, as in the
+//! log of a fast shaft without a measured angle, that velocity determines the number of turns; else the shortest rotation is
+//! taken.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use softdock_control::frames::{self, Pose};
@@ -12,18 +13,18 @@ pub fn pose_of([x, y, z, qw, qx, qy, qz]: &[f64; 7]) -> Pose<f64> {
     frames::pose(&[*x, *y, *z], &[*qw, *qx, *qy, *qz])
 }
 
-/// Where each pose is along an axis of C, m.
+/// Position of each pose along an axis of C, m.
 pub fn positions(poses: &[Pose<f64>], axis: &Vector3<f64>) -> Vec<f64> {
     let along = |pose: &Pose<f64>| axis.dot(&pose.translation.vector);
     poses.iter().map(along).collect()
 }
 
-/// A pose, and how far it has turned since the one before.
+/// A pose, and its rotation since the one before.
 #[derive(Clone, Copy, Debug)]
 pub struct Followed {
     /// The pose of M in C.
     pub pose: Pose<f64>,
-    /// Its turn since the pose before by the velocity, rad, axes of M; zero where nobody knows.
+    /// Its rotation since the pose before by the velocity, rad, axes of M; zero if unknown.
     pub by_velocity: Vector3<f64>,
 }
 
@@ -37,7 +38,7 @@ impl From<Pose<f64>> for Followed {
     }
 }
 
-/// How far each pose has turned about an axis of M, rad: the first with so many whole turns.
+/// Angle of each pose about an axis of M, rad, with `whole_turns` added to the first.
 pub fn angles(
     poses: impl Iterator<Item = Followed>,
     axis: &Vector3<f64>,
@@ -56,11 +57,11 @@ pub fn angles(
     angles
 }
 
-/// How far a pose is turned about an axis of M, rad, within half a turn, whatever else turns M: the twist that is left without the
-/// shortest turn that takes the axis where it points. Where it points against its direction in C, as that of a flange that hangs
-/// down, no turn is the shortest, and half a turn about an axis across comes first.
+/// Angle of a pose about an axis of M, rad, within half a turn, whatever the other rotation of M: the twist that remains after
+/// the shortest rotation that takes the axis to its direction. If the axis points against its direction in C, as for a flange
+/// that points down, there is no unique shortest rotation, and half a turn about a perpendicular axis comes first.
 pub fn angle_about(pose: &Pose<f64>, axis: &Vector3<f64>) -> f64 {
-    /// Cosine from which on it does: far from mountings at right angles, at which noise would change the form.
+    /// Cosine below which this is done: far from mountings at right angles, at which noise would switch between the two cases.
     const AGAINST: f64 = -0.5;
     let twist =
         |rotation: UnitQuaternion<f64>| match 2.0 * rotation.imag().dot(axis).atan2(rotation.w) {
@@ -75,8 +76,8 @@ pub fn angle_about(pose: &Pose<f64>, axis: &Vector3<f64>) -> f64 {
     -twist(pose.rotation * UnitQuaternion::from_axis_angle(&across, PI).inverse())
 }
 
-/// How far each pose has turned since the first, rad, axes of M: rotation vectors from pose to pose, added, which after some turns an
-/// orientation does not tell.
+/// Rotation of each pose since the first, rad, axes of M: the sum of rotation vectors from pose to pose, which after some turns
+/// the orientation alone does not give.
 pub fn turned_since_first(
     poses: impl Iterator<Item = Followed>,
 ) -> impl Iterator<Item = Vector3<f64>> {
@@ -90,15 +91,15 @@ pub fn turned_since_first(
     })
 }
 
-/// The turn that leads from an orientation to another, rad, axes of M: the shortest, or the one with whole turns more that the velocity
-/// says.
+/// The rotation from one orientation to another, rad, axes of M: the shortest, or the one with additional whole turns that agrees
+/// with the velocity.
 pub fn turn_between(
     from: &UnitQuaternion<f64>,
     to: &UnitQuaternion<f64>,
     by_velocity: &Vector3<f64>,
 ) -> Vector3<f64> {
     let turn = (from.inverse() * to).scaled_axis();
-    // After whole turns the shortest one has no direction.
+    // After whole turns the shortest rotation has no direction.
     let about = turn
         .try_normalize(INTEGRAL)
         .or_else(|| by_velocity.try_normalize(INTEGRAL));
@@ -111,11 +112,11 @@ pub fn turn_between(
     }
 }
 
-/// An orientation that is the integral of a velocity has turned as far as that says, rad, but for round-off; one that was measured by
+/// Tolerance, rad. An orientation that is the integral of a velocity agrees with that within round-off; a measured one agrees by
 /// chance, once in thousands of poses.
 const INTEGRAL: f64 = 1e-3;
 
-/// Adds whole turns to each angle, so that it has turned from the one before as far as its velocity says, rad, or by the shortest way.
+/// Adds whole turns to each angle, so that its change from the one before agrees with its velocity, rad, or else is the shortest.
 pub fn count_turns<'a>(angles: impl Iterator<Item = (&'a mut f64, f64)>) {
     let mut before = 0.0;
     for (angle, by_velocity) in angles.filter(|(angle, _)| angle.is_finite()) {
@@ -133,8 +134,8 @@ pub fn count_turns<'a>(angles: impl Iterator<Item = (&'a mut f64, f64)>) {
 mod tests {
     use super::*;
 
-    /// A flange at any angle that turns about an axis of its own: the angle is that of the turn, but for a constant that is the same
-    /// in all logs; of a flange that is not tilted it is the angle itself.
+    /// A flange at any angle that turns about an axis of its own: the angle is that rotation, except for a constant that is the
+    /// same in all logs; for a flange that is not tilted it is the angle itself.
     #[test]
     fn an_angle_is_about_the_axis_of_the_flange() {
         for (tilt, axis) in [
@@ -163,8 +164,8 @@ mod tests {
         }
     }
 
-    /// Out over some turns and back. Below half a turn from pose to pose the shortest one is right, whatever a velocity says that is not
-    /// the orientation's; beyond, the velocity says which.
+    /// Out over some turns and back. Below half a turn from pose to pose the shortest rotation is right, whatever a velocity says
+    /// that does not belong to the orientation; beyond, the velocity decides.
     #[test]
     fn turns_are_counted() {
         for (step, said) in [(2.0, 0.0), (2.0, 40.0), (4.0, 4.0), (7.0, 7.0), (TAU, TAU)] {

@@ -61,7 +61,7 @@ impl Wall {
         (self.stiffness * penetration + damping * rate).max(0.0)
     }
 
-    /// Force on the tip in C, None out of contact.
+    /// Force on the tip in C; `None` out of contact.
     pub fn force(&self, pose: &Pose<f64>, velocity: &Twist<f64>) -> Option<Vector3<f64>> {
         let (penetration, rate) = self.penetration(pose, velocity);
         (penetration > 0.0).then(|| self.normal * self.force_at(penetration, rate))

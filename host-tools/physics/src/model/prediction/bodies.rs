@@ -1,11 +1,10 @@
-//! Velocity that the rig's model asks for, from the measured and compensated wrench by the
+//! Velocity that the rig's model of the two spacecraft asks for, predicted from the measured and compensated wrench by the
 //! two-body dynamics (channel C of docs/docking-rig-log-1.md).
 //!
-//! The recorded state before the cycle is carried one cycle on with the wrench at M that the law let it feel;
-//! the change of K's velocity relative to Q is what the model's velocity should change by
-//! (averaged over two cycles where the board sends the mean, A11). Cycles in which the board
-//! does not integrate by design (start ramp, stale sensor, clamped robot) have no prediction or
-//! no change. Mass properties that the model leaves out are those of the board's settings.
+//! The recorded state before the cycle is integrated over one cycle with the wrench at M that the law let the spacecraft feel.
+//! The change of K's velocity relative to Q is the predicted change of the model's velocity (averaged over two cycles where the
+//! board sends the mean, A11). Cycles in which the board does not integrate by design (start ramp, stale sensor, clamped robot)
+//! have no prediction or no change. Mass properties that the model leaves out are those of the board's settings.
 //!
 //! A log without bodies and settings is predicted with K at the measured pose, moving with the
 //! model's velocity, Q fixed, and the wrench compensated with the model's own tool and zero.
@@ -29,7 +28,7 @@ use softdock_control::wrench::{Compensation, Motion};
 
 const RESISTANCE: &str = manipulator_resistance::EFFECT.id;
 
-/// Predicts the channel; what cannot be predicted is noted.
+/// Predicts the channel; a reason why it cannot is added to `notes`.
 pub fn predict(model: &Model, signals: &Signals<'_>, notes: &mut Vec<String>) -> ChannelPrediction {
     let measured: Vec<Six> = signals
         .cycles
@@ -94,8 +93,7 @@ impl TwoSpacecraft {
         for axis in &model.rig.active_axes {
             active[axis.index()] = true;
         }
-        // A board knows where its manipulator is relaxed; a foreign rig computer's spring ends at the
-        // origin of C.
+        // A board's settings say where its manipulator is relaxed; the spring of another rig's computer ends at the origin of C.
         let resistance = (!recorded)
             .then(|| Resistance::beyond(&nominal, &mut k, model, signals))
             .flatten();
@@ -105,7 +103,7 @@ impl TwoSpacecraft {
             recorded,
             compensation: Compensation::new(&model.sensor_settings()),
             mean: settings.delay.model_velocity == ModelVelocity::Mean,
-            // Rows of an imported log that are compared begin after the second of a run.
+            // In an imported log the rows from the third of a run on are compared.
             start_cycles: if recorded {
                 settings.start.zero_cycles + settings.start.ramp_cycles
             } else {
@@ -139,7 +137,7 @@ impl TwoSpacecraft {
                 if let (Some(resistance), Some(change)) = (&self.resistance, &mut change) {
                     resistance.add_to(signals, n, &self.velocity_before(signals, n), change);
                 }
-                // The first integrated cycle only serves the mean of the second.
+                // The first integrated cycle only provides the mean of the second.
                 let before = std::mem::replace(&mut last, change)?;
                 let change = change?;
                 Some(std::array::from_fn(|i| {
@@ -192,8 +190,8 @@ impl TwoSpacecraft {
         six.iter().all(|v| v.is_finite()).then_some(six)
     }
 
-    /// Velocity of the model before the integration of cycle n, of a log that has it after each, or the mean of both: half
-    /// a cycle's acceleration by the contact would pass for a resistance.
+    /// Velocity of the model before the integration of cycle n, for a log that has it after each cycle, or the mean of before and
+    /// after: an error of half a cycle's acceleration by the contact would pass for a resistance.
     fn velocity_before(&self, signals: &Signals<'_>, n: usize) -> Six {
         let logged = |n: usize| signals.cycles[n].trace.model_velocity;
         let (earlier, now) = (logged(n.saturating_sub(1)), logged(n));
@@ -209,7 +207,7 @@ impl TwoSpacecraft {
                 k: body_state(&last.trace.body_k),
                 q: body_state(&last.trace.body_q),
             };
-            // What the law let the spacecraft feel, which may be less or more than the sensor's.
+            // The wrench that the law let the spacecraft feel, which may differ from the sensor's.
             let trace = &signals.cycles[n].trace;
             let felt = std::array::from_fn(|i| {
                 trace.wrench_at_m[i] + trace.unaccounted_impulse[i] / signals.cycle_s
@@ -240,7 +238,7 @@ impl TwoSpacecraft {
     }
 }
 
-/// Effects of the model file on what a board knows of K.
+/// Adds the effects of the model file to the board's settings of K.
 fn add_errors(model: &Model, k: &mut BodySettings) {
     for effect in &model.effects {
         if let Some(known) = by_id(&effect.id)
@@ -260,7 +258,7 @@ struct Resistance {
 }
 
 impl Resistance {
-    /// What the model's effect has added to the nominal K, and is taken off K again.
+    /// The resistance that the model's effect adds to the nominal K; it is removed from `k` again.
     fn beyond(
         nominal: &BodySettings,
         k: &mut BodySettings,

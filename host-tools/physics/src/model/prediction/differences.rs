@@ -1,15 +1,14 @@
 //! Velocity and acceleration of a sampled motion, by central differences.
 //!
-//! Of eighth order where four samples stand on either side, of a lower one beside a gap. A difference of
-//! second order takes a sixth of (ω Ts)² from a velocity that swings with ω: 8 % at a ninth of the
-//! sampling rate, where eighth order takes 0.03 %. What it costs is noise: 1.17 of a sample's over Ts
-//! in place of 0.71 in a velocity, 3.6 in place of 2.4 over Ts² in an acceleration of poses.
+//! Eighth order where four samples are on either side, lower beside a gap. A second-order difference loses (ω Ts)²/6 of a
+//! velocity that oscillates with ω: 8 % at a ninth of the sampling rate, where eighth order loses 0.03 %. Its price is noise:
+//! 1.17 times that of a sample over Ts instead of 0.71 in a velocity, 3.6 instead of 2.4 over Ts² in an acceleration from poses.
 
 use softdock_control::frames::Twist;
 use softdock_statistics::LowPassed;
 use std::cmp::Ordering;
 
-/// Samples on either side of the one in question, at most.
+/// Samples on either side, at most.
 const REACH: usize = 4;
 
 /// Weights c(k) of (x(n+k) − x(n−k)) in Ts dx/dt, for k from 1 (Fornberg 1988, table 1):
@@ -37,14 +36,14 @@ const fn second_derivative(reach: usize) -> [f64; REACH] {
     weights
 }
 
-/// Weights of the means over the cycles between samples instead of the samples: the cycle that ends j
-/// cycles behind the sample has what all samples beyond it have together.
+/// Weights for means over the cycles between samples instead of the samples: the mean of a cycle has the sum of the weights of
+/// all samples beyond it.
 fn of_means(weights: [f64; REACH]) -> [f64; REACH] {
     std::array::from_fn(|j| weights[j..].iter().sum())
 }
 
-/// Velocity at a pose, of mean velocities: `mean(j)` over the j-th cycle behind the pose, from 1;
-/// 0 is the cycle that ends with it. At the end of a stretch the straight line through the two before.
+/// Velocity at a pose from mean velocities: `mean(j)` is that of the j-th cycle after the pose, from 1; 0 is the cycle that ends
+/// with it. At the end of a stretch, linear extrapolation of the nearest two; `None` if there is none.
 pub fn velocity_of_means(mean: impl Fn(isize) -> Option<Twist<f64>>) -> Option<Twist<f64>> {
     let pair = |j: usize| Some(mean(j as isize + 1)? + mean(-(j as isize))?);
     let one_sided = || {
@@ -54,8 +53,8 @@ pub fn velocity_of_means(mean: impl Fn(isize) -> Option<Twist<f64>>) -> Option<T
     weighted(pair, |reach| of_means(first_derivative(reach))).or_else(one_sided)
 }
 
-/// Acceleration at a pose, times Ts, of the same mean velocities; one-sided at the end of a stretch, None where only one
-/// is known.
+/// Acceleration at a pose, times Ts, from the same mean velocities; one-sided at the end of a stretch, `None` where only one is
+/// known.
 pub fn acceleration_of_means(mean: impl Fn(isize) -> Option<Twist<f64>>) -> Option<Twist<f64>> {
     let pair = |j: usize| Some(mean(j as isize + 1)? - mean(-(j as isize))?);
     let one_sided = || {
@@ -66,8 +65,8 @@ pub fn acceleration_of_means(mean: impl Fn(isize) -> Option<Twist<f64>>) -> Opti
     weighted(pair, |reach| of_means(second_derivative(reach))).or_else(one_sided)
 }
 
-/// Acceleration, times Ts, of velocities that were sampled: `at(k)` is k samples behind. One-sided at
-/// the end of a stretch, None where only one is known.
+/// Acceleration, times Ts, from sampled velocities: `at(k)` is the one k samples later. One-sided at the end of a stretch, `None`
+/// where only one is known.
 pub fn acceleration_of_samples(at: impl Fn(isize) -> Option<Twist<f64>>) -> Option<Twist<f64>> {
     let pair = |j: usize| Some(at(j as isize + 1)? - at(-(j as isize) - 1)?);
     let one_sided = || match (at(-1), at(0)?, at(1)) {
@@ -78,7 +77,7 @@ pub fn acceleration_of_samples(at: impl Fn(isize) -> Option<Twist<f64>>) -> Opti
     weighted(pair, first_derivative).or_else(one_sided)
 }
 
-/// The mean velocity beside a pose that has one on one side only, and the one beyond it.
+/// For a pose with a mean velocity on one side only: that one, and the next one beyond it.
 fn of_one_side(
     mean: &impl Fn(isize) -> Option<Twist<f64>>,
 ) -> Option<(Twist<f64>, Option<Twist<f64>>)> {
@@ -89,7 +88,7 @@ fn of_one_side(
     }
 }
 
-/// Sum of the pairs about a sample, in the highest order for which all of them are there.
+/// Weighted sum of the pairs around a sample, in the highest order for which all of them exist.
 fn weighted(
     pair: impl Fn(usize) -> Option<Twist<f64>>,
     weights: impl Fn(usize) -> [f64; REACH],
@@ -100,7 +99,8 @@ fn weighted(
     parts.reduce(|sum, part| sum + part)
 }
 
-/// Standard deviation of a sum of neighbouring samples with these weights and noise of 1, white or what a low-pass has left.
+/// Standard deviation of a sum of neighbouring samples with these weights. Their noise has a standard deviation of 1; it is
+/// white, or low-passed by `filter`.
 pub fn noise_of(taps: &[f64], filter: Option<LowPassed>) -> f64 {
     let correlations = filter.map_or(Vec::new(), |filter| filter.correlations(taps.len()));
     let apart = correlations.iter().enumerate().skip(1);
@@ -108,8 +108,7 @@ pub fn noise_of(taps: &[f64], filter: Option<LowPassed>) -> f64 {
     (products(taps, 0) + together).max(0.0).sqrt()
 }
 
-/// Correlation of the noise of accelerations that are so many samples apart, from 1: of poses, or of
-/// velocities that were sampled.
+/// Correlation of the noise of accelerations at lags of 1 and more samples: of those from poses, or from sampled velocities.
 pub fn correlation(of_poses: bool) -> [f64; 2 * REACH] {
     let taps = if of_poses {
         taps_of_second()
@@ -134,7 +133,7 @@ pub fn taps_of_second() -> [f64; 2 * REACH + 1] {
     taps(weights, 1.0, -2.0 * weights.iter().sum::<f64>())
 }
 
-/// All weights of a difference, from the earliest sample on.
+/// All weights of a difference, in the order of time.
 fn taps(weights: [f64; REACH], of_earlier: f64, own: f64) -> [f64; 2 * REACH + 1] {
     std::array::from_fn(|n| match n.cmp(&REACH) {
         Ordering::Less => of_earlier * weights[REACH - 1 - n],
@@ -166,7 +165,7 @@ mod tests {
         );
     }
 
-    /// Of noise up to a frequency f far below the sampling rate, a first derivative keeps 2π f / √3, a second one (2π f)² / √5.
+    /// Of noise up to a frequency f far below the sampling rate, a first derivative has 2π f / √3, a second one (2π f)² / √5.
     #[test]
     fn behind_a_low_pass_little_noise_is_differentiated() {
         let sharp = LowPassed {
@@ -179,7 +178,7 @@ mod tests {
         assert!((of(&taps_of_second()) / (rate * rate / 5.0_f64.sqrt()) - 1.0).abs() < 0.04);
     }
 
-    /// A swing at a ninth of the sampling rate, out of its poses and out of its velocities.
+    /// An oscillation at a ninth of the sampling rate, from its poses and from its velocities.
     #[test]
     fn a_fast_swing_keeps_its_velocity_and_acceleration() {
         let phase = std::f64::consts::TAU / 9.0;
@@ -194,7 +193,7 @@ mod tests {
         assert!((slope / (phase * 0.3_f64.cos()) - 1.0).abs() < 5e-4);
     }
 
-    /// Beside a gap the order falls, and a constant acceleration is right in each.
+    /// Beside a gap the order is lower; a constant acceleration is exact in each.
     #[test]
     fn beside_a_gap_there_is_less_to_go_by() {
         for known in 1..=5 {

@@ -31,7 +31,7 @@ pub fn predict(model: &Model, signals: &Signals<'_>, intervals_s: &[f64]) -> Cha
     }
 }
 
-/// The velocity of each cycle that follows from what was sent; None where that is not known.
+/// The velocity of each cycle that follows from the commands; `None` where these are not known.
 pub(super) fn velocities(
     model: &Model,
     signals: &Signals<'_>,
@@ -64,10 +64,10 @@ fn predict_run(
     predicted: &mut [Option<Six>],
 ) {
     let memory = memory_cycles(model, signals.cycle_s);
-    // After a hole it is not known what is on its way.
+    // After a hole the commands on their way are not known.
     let after_hole = signals.steps[run.start] == Step::Hole && run.start > 0;
     let filter = model.sensor.filter;
-    // Nor what came behind the end, which a filter forwards and backwards shows.
+    // Neither are the samples beyond the end, which a forward and backward filter mixes in.
     let bent = filter.map_or(0, |filter| filter.settling(signals.cycle_s, run.len()));
     let unknown = if after_hole || begins_in_motion(model, signals, run.start) {
         memory + bent
@@ -100,10 +100,10 @@ fn predict_run(
     }
 }
 
-/// Whether the robot moves already when a run begins, or may: a log that was cut out of a longer one does
-/// not tell what was sent before.
+/// Whether the robot already moves when a run begins, or may: a log that was cut out of a longer one does not contain the earlier
+/// commands.
 fn begins_in_motion(model: &Model, signals: &Signals<'_>, start: usize) -> bool {
-    /// Velocity over its noise that is a motion.
+    /// Ratio of velocity and noise that counts as a motion.
     const MOVES: f64 = 10.0;
     let first = &signals.cycles[start].trace;
     let cut = start == 0 && first.cycle > 0;
@@ -128,7 +128,7 @@ fn memory_cycles(model: &Model, cycle_s: f64) -> usize {
     (longest_s / cycle_s).ceil() as usize + 2
 }
 
-/// What the robot was told in each of its cycles, those without an answer included.
+/// The commands of each of the robot's cycles, including those without an answer.
 struct Commands {
     sent: [Vec<f64>; 6],
     intervals_s: Vec<f64>,

@@ -1,5 +1,4 @@
-//! One-step predictions: what each cycle of a recording should have measured, given everything
-//! else that was recorded.
+//! One-step-ahead predictions: what each cycle of a recording should have measured, given everything else that was recorded.
 //!
 //! | channel | predicted from | by |
 //! |---|---|---|
@@ -8,9 +7,8 @@
 //! | model_velocity | measured, compensated wrench | two-body dynamics ([`bodies`]) |
 //! | pose | last pose, executed velocity | kinematics ([`pose`]) |
 //!
-//! Because each prediction starts from what was measured, an error stays in the channel that
-//! causes it: a robot that is late spoils executed_velocity alone, a wall that is too soft only
-//! the wrench.
+//! Because each prediction starts from measurements, an error stays in the channel that causes it: a late robot affects
+//! executed_velocity alone, a wall that is too soft only the wrench.
 
 pub mod bodies;
 pub mod differences;
@@ -43,12 +41,12 @@ pub struct ChannelPrediction {
     pub channel: Channel,
     /// Measured values of each cycle.
     pub measured: Vec<Six>,
-    /// Predicted values; None where nothing can be predicted.
+    /// Predicted values; `None` where nothing can be predicted.
     pub predicted: Vec<Option<Six>>,
     /// Noise of the measurement by data sheet, one standard deviation.
     pub sigma: Six,
-    /// Noise of measured minus predicted in each cycle, with the share that the prediction
-    /// inherits from noisy measurements; empty where it is `sigma` in all cycles.
+    /// Noise of measured minus predicted in each cycle, one standard deviation, including the noise of the measurements that the
+    /// prediction uses; empty where it is `sigma` in all cycles.
     pub expected_sigma: Vec<Six>,
 }
 
@@ -59,8 +57,8 @@ impl ChannelPrediction {
         residual(self.measured.get(cycle)?, &predicted, axis)
     }
 
-    /// Over how many rows its error is a mean: all, but of a wrench those that are predicted, as a delay of a drive leaves a part of its
-    /// log without.
+    /// Number of rows over which its error is a mean: all, but for a wrench only those that are predicted, as a drive's delay
+    /// leaves a part of its log without prediction.
     pub fn rows_that_count(&self) -> usize {
         match self.channel {
             Channel::Wrench => self.predicted.iter().flatten().count(),
@@ -68,19 +66,19 @@ impl ChannelPrediction {
         }
     }
 
-    /// Axes on which anything was measured: of a joint's log one of six, of a load cell those that it has.
+    /// Axes on which anything was measured: one of six in the log of a joint, those that it has for a load cell.
     fn measured_axes(&self) -> Vec<Axis> {
         let of_axis = |axis: &Axis| is_measured(self.measured.iter().map(|row| row[axis.index()]));
         Axis::ALL.into_iter().filter(of_axis).collect()
     }
 
-    /// Noise that the residual should have.
+    /// Expected noise of the residual, one standard deviation.
     pub fn expected_sigma(&self, cycle: usize, axis: Axis) -> f64 {
         self.expected_sigma.get(cycle).unwrap_or(&self.sigma)[axis.index()]
     }
 }
 
-/// Measured minus predicted on an axis; None where either is missing.
+/// Measured minus predicted on an axis; `None` where either is not finite.
 pub fn residual(measured: &Six, predicted: &Six, axis: Axis) -> Option<f64> {
     let residual = measured[axis.index()] - predicted[axis.index()];
     residual.is_finite().then_some(residual)
@@ -97,7 +95,7 @@ pub struct Prediction {
     pub channels: [ChannelPrediction; 4],
     /// Axes that are judged, per channel: the active ones, and of the wrench those that were measured.
     pub judged: [Vec<Axis>; 4],
-    /// What could not be predicted, and why; sentences.
+    /// Sentences that say what could not be predicted, and why.
     pub notes: Vec<String>,
 }
 
@@ -123,7 +121,7 @@ pub fn predict(model: &Model, recording: &Recording) -> anyhow::Result<Predictio
     Ok(predict_signals(model, &Signals::new(recording)?))
 }
 
-/// Where the inertial load of a log without a filter is noise: a regression on it is biased.
+/// A note if the inertial load of an unfiltered log is dominated by noise, which biases a regression on it; else `None`.
 fn drowned(model: &Model, signals: &Signals<'_>) -> Option<String> {
     if signals.is_commanded() || model.sensor.filter.is_some() || model.sensor.at_rest {
         return None;
@@ -142,8 +140,8 @@ fn drowned(model: &Model, signals: &Signals<'_>) -> Option<String> {
     ))
 }
 
-/// Noise of the wrench by that of the acceleration, through all that the model knows to be moved, its
-/// effects too: the difference of two readings at one place and velocity.
+/// Noise of the wrench from that of the acceleration, through all moved masses of the model including its effects: the difference
+/// of two readings at one place and velocity.
 fn inertial_sigma(model: &Model, cycle_s: f64, acceleration_sigma: &Six) -> Six {
     let reading = |acceleration: Six| {
         let motion = Motion {
@@ -212,8 +210,8 @@ pub fn predict_signals(model: &Model, signals: &Signals<'_>) -> Prediction {
     }
 }
 
-/// True durations of the cycles where the model says that the clock jitters, or that all cycles last
-/// longer and the recorded velocity does not know it; else empty.
+/// True durations of the cycles, if the model says that the clock jitters, or that all cycles are longer and the recorded
+/// velocity does not account for that; else empty.
 pub fn intervals(model: &Model, signals: &Signals<'_>) -> Vec<f64> {
     let rate = model.clock_rate_error();
     let longer = match signals.velocity {

@@ -48,7 +48,7 @@ pub fn predict(model: &Model, signals: &Signals<'_>, intervals_s: &[f64]) -> Cha
 struct ClockErrors {
     /// Relative error of the duration of all cycles.
     rate: f64,
-    /// By how much the pose is later than the velocity, s.
+    /// Delay of the pose relative to the velocity, s.
     offset_s: f64,
 }
 
@@ -57,7 +57,7 @@ impl ClockErrors {
         let offset_s = model.clock_offset_s();
         Self {
             rate: model.clock_rate_error(),
-            // Of any machine pose and velocity are late together.
+            // For a machine that is no rig, pose and velocity have the same delay.
             offset_s: if signals.is_of_a_rig() { offset_s } else { 0.0 },
         }
     }
@@ -74,11 +74,11 @@ fn increment_error(
     let said = signals.moved_by_velocity(n)?;
     let moved = increment(&signals.pose(last)?, &signals.pose(n)?, &said);
     if signals.velocity == VelocityMeaning::CycleMean {
-        // The velocity is the pose's own difference, whatever the clock does.
+        // The velocity is the difference of the poses, whatever the clock does.
         return Some((moved - said).get());
     }
     let interval_s = intervals_s.get(n).copied().unwrap_or(signals.cycle_s) * (1.0 + clock.rate);
-    // Of a pose that is late it is the motion of before.
+    // A late pose shows the motion of an earlier time.
     let later = match clock.offset_s {
         0.0 => Twist::zero(),
         offset_s => (signals.executed(n)? - signals.executed(last)?) * offset_s,
@@ -103,7 +103,7 @@ fn coordinates(first: &Pose<f64>, pose: &Pose<f64>) -> Six {
     .get()
 }
 
-/// The increment inherits the noise of two velocities, which is small beside that of two poses.
+/// The increment also has the noise of two velocities, which is small compared with that of two poses.
 fn expected_sigma(model: &Model, signals: &Signals<'_>) -> Vec<Six> {
     let noise = &model.noise;
     let velocity = signals.velocity_sigma(model);

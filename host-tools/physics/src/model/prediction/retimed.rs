@@ -1,8 +1,8 @@
-//! A recording whose poses are put where they belong in time.
+//! A recording with its poses shifted to their true times.
 //!
-//! Where the recorded velocity is the difference of two poses over the nominal cycle, an error of
-//! the clock is in both: poses that were taken late are late everywhere, and a cycle that lasts
-//! longer shows too large a velocity. What acts on the sensor is the true motion.
+//! Where the recorded velocity is the difference of two poses over the nominal cycle, an error of the clock is in both: a late
+//! pose is late in the velocity as well, and a cycle that lasts longer shows too large a velocity. The load of the sensor follows
+//! from the true motion.
 
 use super::signals::{Signals, Step, VelocityMeaning};
 use crate::effects::{Clock, Law, Values, by_id};
@@ -12,7 +12,7 @@ use softdock_app::record::CycleRecord;
 use softdock_control::frames::{self, Pose, pose_components};
 
 impl Model {
-    /// By how much its clocks are apart, s: poses are stamped so much later than wrenches of the same instant.
+    /// Offset of its clocks, s: poses are stamped so much later than wrenches of the same instant.
     pub fn clock_offset_s(&self) -> f64 {
         self.of_clock(|law, p| match law {
             Law::Apart(law) => law(p),
@@ -38,7 +38,7 @@ impl Model {
     }
 }
 
-/// By how much the recorded poses of a rig are late, s; of any machine it is as well the reading that is early.
+/// Delay of the recorded poses of a rig, s; 0 for any other machine, where the same offset is modelled as an early reading.
 fn pose_delay_s(model: &Model, signals: &Signals<'_>) -> f64 {
     match signals.is_of_a_rig() {
         true => model.clock_offset_s(),
@@ -46,7 +46,8 @@ fn pose_delay_s(model: &Model, signals: &Signals<'_>) -> f64 {
     }
 }
 
-/// By how much the recorded velocities of a rig are late with its poses, s: not where they were measured apart.
+/// Delay of the recorded velocities of a rig, which they share with the poses whose differences they are, s; 0 where they were
+/// measured independently.
 pub fn velocity_delay_s(model: &Model, signals: &Signals<'_>) -> f64 {
     match signals.velocity {
         VelocityMeaning::CycleMean => pose_delay_s(model, signals),
@@ -54,8 +55,8 @@ pub fn velocity_delay_s(model: &Model, signals: &Signals<'_>) -> f64 {
     }
 }
 
-/// The cycles with true velocities, and poses at the instants of the wrenches; None where the
-/// clock is right. `intervals_s`: true durations of the cycles, which a velocity that was measured apart does not depend on.
+/// The cycles with true velocities, and poses at the times of the wrenches; `None` where the clock is right. `intervals_s`: true
+/// durations of the cycles, which an independently measured velocity does not depend on.
 pub fn retimed(
     model: &Model,
     signals: &Signals<'_>,
@@ -107,8 +108,8 @@ fn shift(cycles: &mut [CycleRecord], signals: &Signals<'_>, late_s: f64) {
     }
 }
 
-/// The pose that was recorded some cycles after cycle n, by the cubic through the four about it;
-/// at the ends of a run the nearest one.
+/// The pose some cycles after cycle n, by cubic interpolation of the four around it; at the ends of the recording the nearest
+/// one.
 fn pose_at(signals: &Signals<'_>, n: usize, later: f64) -> Option<Pose<f64>> {
     let place = n as f64 + later;
     let whole = place.floor();
@@ -157,7 +158,7 @@ mod tests {
         0.02 - 0.6 * t + 1.5 * t * t
     }
 
-    /// Poses that are late by a time, and as velocity their differences or what was measured apart.
+    /// Late poses with velocities that are their differences, or measured independently.
     fn late(late_s: f64, apart: bool) -> Recording {
         let mut recording = Recording::default();
         for n in 0..100 {
@@ -202,7 +203,7 @@ mod tests {
         }
     }
 
-    /// Their poses alone are late, and the pose channel says by how much.
+    /// Only the poses are late, and the pose channel shows by how much.
     #[test]
     fn late_poses_beside_a_velocity_of_its_own_are_put_where_they_belong() {
         for late_s in [0.0063, -0.0087] {

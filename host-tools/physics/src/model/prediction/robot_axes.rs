@@ -1,16 +1,15 @@
-//! What the robot was told, in its own axes.
+//! The commands to the robot in its own axes.
 //!
-//! A robot that takes corrections of X, Y, Z and of KUKA's angles A, B, C moves each of them by
-//! itself: what its drives do to a velocity (rounding, limits, play) they do to the rates of these
-//! angles, not to components of the angular velocity. The wire carries whole digits, so the
-//! velocity that was sent is that of the rounded correction.
+//! A robot that takes corrections of X, Y, Z and of KUKA's angles A, B, C moves each of them separately: its drives act (by
+//! rounding, limits, play) on the rates of these angles, not on components of the angular velocity. The wire carries whole
+//! digits, so the velocity that was sent is that of the rounded correction.
 
 use super::Six;
 use softdock_app::record::CycleRecord;
 use softdock_control::settings::{CorrectionMode, Settings};
 use std::f64::consts::{PI, TAU};
 
-/// What the wire's counts mean, for X Y Z and the angles about x (C), y (B) and z (A).
+/// Meaning of the counts on the wire, for X Y Z and the angles about x (C), y (B) and z (A).
 #[derive(Clone, Debug)]
 pub struct RobotAxes {
     cycle_s: f64,
@@ -20,7 +19,7 @@ pub struct RobotAxes {
 }
 
 impl RobotAxes {
-    /// Of a board with these settings.
+    /// For a board with these settings.
     pub fn new(settings: &Settings) -> Self {
         let robot = &settings.robot;
         let digit = 0.1_f64.powi(robot.correction_decimals.into());
@@ -31,7 +30,7 @@ impl RobotAxes {
         }
     }
 
-    /// Rates that the wire carried in a cycle; None where the answer was no motion of the board's.
+    /// Rates that the wire carried in a cycle, m/s and rad/s; `None` if the answer does not match the motion that the board sent.
     pub fn sent(&self, last: Option<&CycleRecord>, cycle: &CycleRecord) -> Option<Six> {
         let counts = cycle.output.correction;
         let before = match self.mode {
@@ -57,7 +56,7 @@ impl RobotAxes {
     }
 }
 
-/// How the rates of the angles about x, y and z make an angular velocity in axes of M.
+/// Map between the rates of the angles about x, y and z and an angular velocity in axes of M.
 #[derive(Clone, Copy, Debug)]
 pub struct Turned {
     sin_b: f64,
@@ -67,7 +66,7 @@ pub struct Turned {
 }
 
 impl Turned {
-    /// Half-way between two telegrams; None where one of them has no pose.
+    /// Half-way between two telegrams; `None` if one of them has no pose.
     pub fn between(last: &CycleRecord, cycle: &CycleRecord) -> Option<Self> {
         let (from, to) = (last.inputs.robot.pose?, cycle.inputs.robot.pose?);
         let middle = |place: usize| {
@@ -84,7 +83,7 @@ impl Turned {
         })
     }
 
-    /// Linear and angular velocity of rates.
+    /// Linear and angular velocity for these rates.
     pub fn velocity(&self, rates: &Six) -> Six {
         let [vx, vy, vz, dc, db, da] = *rates;
         [
@@ -97,8 +96,7 @@ impl Turned {
         ]
     }
 
-    /// Rates of a linear and angular velocity. The board keeps off B = ±90°, where A and C turn
-    /// about the same line.
+    /// Rates for a linear and angular velocity. The board keeps away from B = ±90°, where the axes of A and C coincide.
     pub fn rates(&self, velocity: &Six) -> Six {
         let [vx, vy, vz, wx, wy, wz] = *velocity;
         let da = (wy * self.sin_c + wz * self.cos_c) / self.cos_b;
@@ -118,8 +116,8 @@ mod tests {
         cycle
     }
 
-    /// The velocity of rates is that of the difference of two orientations, and gives them back; A
-    /// passes through 180° meanwhile.
+    /// The velocity of rates agrees with the difference of two orientations, and gives the rates back; A passes through 180°
+    /// meanwhile.
     #[test]
     fn rates_and_velocity_belong_together() {
         let (from, to) = ([PI - 0.001, -0.5, 0.6], [PI + 0.002 - TAU, -0.502, 0.604]);
@@ -139,7 +137,7 @@ mod tests {
         }
     }
 
-    /// What is rounded on the wire counts as it was rounded; what the board did not send does not.
+    /// A rounded correction counts as rounded; one that the board did not send does not count.
     #[test]
     fn the_wire_says_what_was_sent() {
         let axes = RobotAxes::new(&Settings::default());

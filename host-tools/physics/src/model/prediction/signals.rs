@@ -1,4 +1,4 @@
-//! A recording as signals: cycle time, continuity, and what its velocities mean.
+//! A recording as signals: cycle time, continuity, and the meaning of its velocities.
 
 use super::differences::{
     acceleration_of_means, acceleration_of_samples, noise_of, taps_of_first, taps_of_second,
@@ -23,7 +23,7 @@ use softdock_statistics::{LowPassed, sample_time};
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
-/// What the recorded velocity of cycle n is.
+/// Meaning of the recorded velocity of cycle n.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VelocityMeaning {
     /// Mean over the cycle that ended with cycle n: the difference of two poses, as the board
@@ -38,7 +38,7 @@ pub enum VelocityMeaning {
 pub enum Step {
     /// One cycle later.
     Next,
-    /// After so many telegrams without an answer, in which the robot was told nothing.
+    /// After this number of telegrams without an answer, in which the robot got no command.
     Lost(u32),
     /// A new run of the robot, which stands still and has forgotten all commands.
     NewRun,
@@ -57,13 +57,13 @@ pub struct Signals<'a> {
     pub velocity: VelocityMeaning,
     /// How each cycle follows its predecessor.
     pub steps: Vec<Step>,
-    /// The board's settings; None if the recording holds none.
+    /// The board's settings; `None` if the recording holds none.
     pub settings: Option<Settings>,
     /// See [`Header::whole_turns`](softdock_io::recording::Header::whole_turns).
     pub whole_turns: i32,
-    /// Where the log begins of which these are all cycles, or a later part.
+    /// Beginning of the log of which these are all cycles, or a later part.
     pub began: Beginning,
-    /// The robot's own axes; None where the recording does not hold what was answered.
+    /// The robot's own axes; `None` if the recording does not hold the answers.
     axes: Option<RobotAxes>,
     /// Robot telegrams are recorded. An imported log has none.
     telegrams: bool,
@@ -138,7 +138,7 @@ impl<'a> Signals<'a> {
         Ok(signals)
     }
 
-    /// Whole turns of the pose of a cycle about the axis of M about which the poses before it turn most.
+    /// Whole turns of the pose of a cycle about the axis of M about which the poses up to it turn most.
     pub fn whole_turns_at(&self, cycle: usize) -> i32 {
         let turned = |n: usize| {
             Some(Followed {
@@ -182,12 +182,12 @@ impl<'a> Signals<'a> {
         self.commanded
     }
 
-    /// Whether a rig's controller was there, which sends velocities and has a model of its own: else it is a log of any machine.
+    /// Whether the log is of a rig, whose controller sends velocities and has a model of its own, and not of any other machine.
     pub fn is_of_a_rig(&self) -> bool {
         self.commanded || self.has_spacecraft()
     }
 
-    /// Whether a model of spacecraft ran, or its settings are known.
+    /// Whether a model of the spacecraft ran, or its settings are known.
     pub fn has_spacecraft(&self) -> bool {
         let models = |c: &CycleRecord| {
             c.trace
@@ -210,7 +210,7 @@ impl<'a> Signals<'a> {
         *self.poses.get_or_init(all).get(n)?
     }
 
-    /// Whether the wrench is not the same in all rows that have one.
+    /// Whether the wrench differs between rows that have one.
     pub fn wrench_changes(&self) -> bool {
         let rows = self.cycles.iter().map(|c| c.inputs.sensor.wrench);
         let mut known = rows.filter(|row| row.iter().all(|v| v.is_finite()));
@@ -218,13 +218,13 @@ impl<'a> Signals<'a> {
         first.is_some_and(|first| known.any(|row| !is_same_wrench(first, row)))
     }
 
-    /// How far it turned in cycle n by the recorded velocity, rad in M; zero where nobody knows.
+    /// Rotation in cycle n by the recorded velocity, rad in M; zero if unknown.
     pub fn turned_by_velocity(&self, n: usize) -> Vector3<f64> {
         self.moved_by_velocity(n)
             .map_or_else(Vector3::zeros, |moved| moved.angular)
     }
 
-    /// How far it moved in cycle n by the recorded velocity, m in C and rad in M; None where it does not follow the cycle before.
+    /// Displacement in cycle n by the recorded velocity, m in C and rad in M; `None` if the cycle does not follow the one before.
     pub fn moved_by_velocity(&self, n: usize) -> Option<Twist<f64>> {
         let last = n.checked_sub(1).filter(|_| self.steps[n] == Step::Next)?;
         let mean = match self.velocity {
@@ -234,7 +234,7 @@ impl<'a> Signals<'a> {
         Some(mean * self.cycle_s)
     }
 
-    /// The numbers of the pose, without the roots that make its quaternion a unit one.
+    /// The recorded numbers of the pose; its quaternion is not normalised.
     fn recorded_pose(&self, n: usize) -> Option<[f64; 7]> {
         let cycle = self.cycles.get(n)?;
         let told = !self.telegrams || cycle.inputs.robot.pose.is_some();
@@ -242,7 +242,7 @@ impl<'a> Signals<'a> {
         (told && pose.iter().all(|v| v.is_finite())).then_some(pose)
     }
 
-    /// Recorded velocity, if it is one: not the first of a run, not across a gap.
+    /// Recorded velocity; `None` where it is none, such as a difference of poses in the first cycle of a run or across a gap.
     pub fn executed(&self, n: usize) -> Option<Twist<f64>> {
         let v = self.cycles.get(n)?.trace.executed_velocity;
         let whole = match self.velocity {
@@ -255,8 +255,8 @@ impl<'a> Signals<'a> {
         (whole && v.iter().all(|v| v.is_finite())).then(|| Twist::of(&v))
     }
 
-    /// Rates of the robot's axes that it was told in cycle n, see [`RobotAxes`]; in a log without
-    /// telegrams the velocity that was sent.
+    /// Rates of the robot's axes that were commanded in cycle n, see [`RobotAxes`]; in a log without telegrams the velocity that
+    /// was sent.
     pub fn sent_rates(&self, n: usize) -> Six {
         let cycle = &self.cycles[n];
         let last = n.checked_sub(1).and_then(|last| self.cycles.get(last));
@@ -268,15 +268,15 @@ impl<'a> Signals<'a> {
         sent.map(|v| if v.is_finite() { v } else { 0.0 })
     }
 
-    /// How the rates of the robot's axes make a velocity in the cycle that ended with cycle n;
-    /// None where they are the velocity.
+    /// Map from the rates of the robot's axes to a velocity in the cycle that ended with cycle n; `None` where the rates are the
+    /// velocity.
     pub fn turned(&self, n: usize) -> Option<Turned> {
         self.axes.as_ref()?;
         Turned::between(self.cycles.get(n.checked_sub(1)?)?, self.cycles.get(n)?)
     }
 
-    /// Whether the acceleration of cycle n is its own: at either end of a stretch of poses without commands it is that of the pose beside
-    /// it, of a swing of 35 rad/s at 10 ms 23 % off.
+    /// Whether cycle n has an acceleration of its own. At either end of a stretch of poses without commands it is that of the
+    /// neighbouring pose, which is 23 % off for an oscillation of 35 rad/s at 10 ms.
     pub fn has_own_acceleration(&self, n: usize) -> bool {
         let derived = self.velocity == VelocityMeaning::CycleMean && !self.commanded;
         !derived || [0, 1].iter().all(|j| self.within_stretch(n, *j).is_some())
@@ -312,10 +312,9 @@ impl<'a> Signals<'a> {
 
     /// Acceleration at the instant of the pose; zero where only one velocity is known.
     ///
-    /// Where a velocity is sent it is the mean one of the cycle: a held command is a staircase, and
-    /// docking-rig-log/1 defines the inertial load by it. Of any other log it is a central difference:
-    /// the one over the last cycle is half a cycle late, and a mass m that swings with ω would show the
-    /// damping −m ω² Ts/2.
+    /// Where velocities are sent it is the mean over the cycle: a held command is a staircase, and docking-rig-log/1 defines the
+    /// inertial load by it. In any other log it is a central difference, as the one over the last cycle is half a cycle late: a
+    /// mass m that oscillates with ω would show the damping −m ω² Ts/2.
     pub fn acceleration_at_pose(&self, n: usize) -> Twist<f64> {
         let executed = |j| self.within_stretch(n, j);
         let change = match (self.velocity, self.commanded) {
@@ -327,7 +326,7 @@ impl<'a> Signals<'a> {
         change.unwrap_or(Twist::zero()) * (1.0 / self.cycle_s)
     }
 
-    /// Recorded velocity `offset` cycles later; None beyond a gap. The difference of two poses is none where the earlier one
+    /// Recorded velocity `offset` cycles later; `None` beyond a gap. A difference of two poses does not count if the earlier pose
     /// is beyond the gap.
     fn within_stretch(&self, n: usize, offset: isize) -> Option<Twist<f64>> {
         let at = n.checked_add_signed(offset)?;
@@ -337,7 +336,7 @@ impl<'a> Signals<'a> {
         whole.then(|| self.executed(at)).flatten()
     }
 
-    /// The cycle in which the wrench that cycle n holds was new; None if there was no sample yet.
+    /// The cycle in which the wrench of cycle n was new; `None` if there was no sample yet.
     pub fn sampled_in(&self, n: usize) -> Option<usize> {
         let cycle = self.cycles.get(n)?;
         let finite = cycle.inputs.sensor.wrench.iter().all(|v| v.is_finite());
@@ -349,8 +348,8 @@ impl<'a> Signals<'a> {
 
     /// Noise of the recorded velocity, one standard deviation.
     ///
-    /// A difference of two poses has √2 times the pose's noise per cycle if that is white, and less if a filter has left little of it
-    /// from one cycle to the next.
+    /// A difference of two poses has √2 times the pose's noise per cycle if that is white, and less if a filter has correlated
+    /// neighbouring samples.
     pub fn velocity_sigma(&self, model: &Model) -> Six {
         let noise = &model.noise;
         match self.velocity {
@@ -362,7 +361,7 @@ impl<'a> Signals<'a> {
         }
     }
 
-    /// Noise of the step from one sample to the next where that of a sample is 1.
+    /// Noise of the difference of successive samples, in units of that of a sample.
     pub(super) fn noise_of_steps(&self, model: &Model) -> f64 {
         noise_of(&[-1.0, 1.0], self.filter(model))
     }
@@ -374,15 +373,15 @@ impl<'a> Signals<'a> {
             .map(|filter| filter.on_samples(self.cycle_s))
     }
 
-    /// Noise of [`Self::velocity_at_pose`] and [`Self::acceleration_at_pose`], far from gaps: white, or what the filter
-    /// of the log has left.
+    /// Noise of [`Self::velocity_at_pose`] and [`Self::acceleration_at_pose`], far from gaps, one standard deviation: from white
+    /// noise, or noise that the filter of the log has passed.
     ///
-    /// Where a velocity is sent: sampled σ and √2 σ / Ts; of poses (p(n+1) − p(n−1)) / 2 Ts and their
-    /// second difference with √6 σ / Ts².
+    /// Where velocities are sent: σ and √2 σ / Ts for sampled velocities; for poses those of (p(n+1) − p(n−1)) / 2 Ts and of
+    /// their second difference, √6 σ / Ts².
     pub fn motion_sigma(&self, model: &Model) -> (Six, Six) {
         let filter = self.filter(model);
         let of = |taps: &[f64]| noise_of(taps, filter);
-        // Of a mean velocity over its pose's, times Ts.
+        // Noise of a mean velocity times Ts, in units of the pose's.
         let of_pose = self.noise_of_steps(model);
         let (velocity, acceleration) = match (self.velocity, self.commanded) {
             (VelocityMeaning::Sampled, false) => (1.0, of(&taps_of_first())),
@@ -404,7 +403,7 @@ impl<'a> Signals<'a> {
     }
 }
 
-/// From one velocity to the next.
+/// Change from one velocity to the next.
 fn change(from: Option<Twist<f64>>, to: Option<Twist<f64>>) -> Option<Twist<f64>> {
     Some(to? - from?)
 }
@@ -434,13 +433,13 @@ fn steps(cycles: &[CycleRecord], telegrams: bool) -> Vec<Step> {
 
 /// Whether the recorded velocity is the difference of two poses.
 ///
-/// If it is, their noise is in it as well, and it explains the steps of the position to the digits
-/// of the recording. Of a velocity that was measured apart, either meaning leaves the noise of the
-/// poses, and which leaves less is chance. Where the velocity stays the same, the two mean the same.
+/// If it is, it contains their noise, and explains the steps of the position to the digits of the recording. If the velocity was
+/// measured independently, either interpretation leaves the noise of the poses, and which leaves less is chance. Where the
+/// velocity is constant, both are the same.
 fn velocity_meaning(cycles: &[CycleRecord], cycle_s: f64) -> VelocityMeaning {
-    /// Squared error of a difference of poses, over that of a velocity that was measured apart.
+    /// Largest ratio of the squared errors under the two interpretations that speaks for a difference of poses.
     const OF_POSES: f64 = 0.25;
-    /// Velocities that differ by a smaller part of themselves differ by round-off.
+    /// Relative difference of velocities that is round-off.
     const ROUND_OFF: f64 = 1e-9;
     let pose = |c: &CycleRecord| pose_of(&c.trace.pose);
     let velocity = |c: &CycleRecord| Vector6::from_row_slice(&c.trace.executed_velocity);
@@ -470,7 +469,7 @@ fn velocity_meaning(cycles: &[CycleRecord], cycle_s: f64) -> VelocityMeaning {
             steps += 1;
         }
     }
-    // Most steps decide: across gaps of the recording neither meaning holds.
+    // The majority of steps decides: across gaps of the recording neither interpretation holds.
     if of_poses * 2 >= steps {
         VelocityMeaning::CycleMean
     } else {

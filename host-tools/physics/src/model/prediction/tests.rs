@@ -135,8 +135,8 @@ fn lost_telegrams_told_the_robot_nothing() {
     assert_eq!(x[9..], [1.0, 0.0, 1.0]);
 }
 
-/// Poses of a mass that is accelerated, with a row missing: at the ends of both stretches no acceleration is known. A velocity that is measured
-/// or sent has one in every row.
+/// Poses of an accelerated mass with a row missing: no acceleration is known at the ends of both stretches. If velocities are
+/// measured or sent, each row has one.
 #[test]
 fn a_motion_has_no_acceleration_of_its_own_at_its_ends() {
     let mut model = Model::default();
@@ -254,7 +254,7 @@ fn a_log_without_bodies_integrates_its_own_wrench() {
         let left = channel.residual(n, Axis::X).unwrap();
         assert!(left.abs() < 1e-15, "{n}: {left}");
     }
-    // An axis that is held has no predicted motion and is not judged, nor is one without a sensor.
+    // An axis that is held has no predicted motion and is not judged; neither is one without a sensor.
     model.rig.active_axes = vec![Axis::Y];
     let prediction = predict(&model, &recording).unwrap();
     assert_eq!(prediction.judged(Channel::ModelVelocity), [Axis::Y]);

@@ -1,9 +1,9 @@
 //! Raw sensor wrench from measured pose and velocity (channel B of docs/docking-rig-log-1.md):
 //! contact + guide + docking mechanisms + weight of the tool + (if modelled) its inertia + zero, in S.
 //!
-//! The noise of pose and velocity passes through stiffness, damping and tool mass into the
-//! prediction. What to expect of the residual is therefore more than the sensor's noise, and is
-//! given for each cycle; judging by the sensor's alone would find a fault in a perfect model.
+//! The noise of pose and velocity enters the prediction through stiffness, damping and tool mass. The residual is therefore
+//! expected to have more than the sensor's noise; its standard deviation is given for each cycle. Judged by the sensor's noise
+//! alone, a perfect model would look wrong.
 
 mod added;
 
@@ -41,7 +41,7 @@ pub fn predict(
     }
 }
 
-/// What is predicted before effects act on the reading: the same for all models that differ in these alone, but for the zero of
+/// The prediction before effects act on the reading. It is the same for all models that differ only in these, and in the zero of
 /// the sensor.
 pub struct Nominal {
     /// Zero of the sensor.
@@ -50,12 +50,12 @@ pub struct Nominal {
     at: Vec<Option<Six>>,
     /// Its noise.
     sigma: Vec<Six>,
-    /// What effects depend on, if the model has any.
+    /// Quantities on which effects depend, if the model has any effects on the reading.
     scene: Option<Scene>,
 }
 
 impl Nominal {
-    /// Of a model and its signals; arguments as of [`predict`].
+    /// From a model and its signals; arguments as of [`predict`].
     pub fn new(
         model: &Model,
         signals: &Signals<'_>,
@@ -80,15 +80,15 @@ impl Nominal {
         }
     }
 
-    /// What each effect of such a model loads the sensor with, given that of another.
+    /// Load of the sensor by each effect of such a model; loads in `before` are reused.
     pub fn load_of_each(&self, model: &Model, before: &LoadOfEach) -> LoadOfEach {
         let scene = self.scene.as_ref();
         let of = |scene: &Scene| LoadOfEach::of(&scene.with_model(model), &model.effects, before);
         scene.map(of).unwrap_or_default()
     }
 
-    /// Reading of each cycle with what the effects of a model contribute that is the same but for these and for the zero of the
-    /// sensor; `before`: what the loads of some effects are known to be.
+    /// Reading of each cycle with the effects of a model that differs only in these and in the zero of the sensor; loads in
+    /// `before` are reused.
     pub fn with_effects(
         &self,
         model: &Model,
@@ -114,9 +114,9 @@ impl Nominal {
     }
 }
 
-/// Force that the mechanism and nothing else puts on the sensor, N in C, without the guide's.
+/// Force of the contact alone on the sensor, N in C: without tool, zero and guide.
 ///
-/// None where the cycle holds no sample or no pose.
+/// `None` where the cycle holds no sample or no pose.
 pub fn measured_contact_force(model: &Model, signals: &Signals<'_>) -> Vec<Option<Vector3<f64>>> {
     let load = LoadModel::new(model);
     (0..signals.len())
@@ -132,7 +132,7 @@ pub fn measured_contact_force(model: &Model, signals: &Signals<'_>) -> Vec<Optio
         .collect()
 }
 
-/// The motion at the instant of cycle n, as it was measured in cycles of these durations.
+/// The motion at the instant of cycle n, as measured in cycles of these durations.
 fn motion_of(signals: &Signals<'_>, n: usize, intervals_s: &[f64]) -> Option<Motion<f64>> {
     let interval_s = intervals_s.get(n).copied().unwrap_or(signals.cycle_s);
     let mut motion = signals.motion(n)?;
@@ -140,7 +140,7 @@ fn motion_of(signals: &Signals<'_>, n: usize, intervals_s: &[f64]) -> Option<Mot
     Some(motion)
 }
 
-/// The load, and the noise that it inherits from a measured motion.
+/// The load, and its noise from that of the measured motion.
 struct NoisyLoad {
     load: LoadModel,
     docked: Docked,
@@ -149,7 +149,7 @@ struct NoisyLoad {
     free_variance: Six,
 }
 
-/// One standard deviation of what the prediction is made from.
+/// Noise of the quantities that the prediction uses, one standard deviation.
 struct MotionNoise {
     position_m: f64,
     velocity_m_s: f64,
@@ -177,7 +177,7 @@ impl NoisyLoad {
         }
     }
 
-    /// Wrench in S and the noise to expect, at the instant of cycle n, the one after the last call's.
+    /// Wrench in S and its expected noise at the instant of cycle n; to be called for successive cycles.
     fn next(&mut self, signals: &Signals<'_>, n: usize, intervals_s: &[f64]) -> Option<(Six, Six)> {
         self.docked.resume(signals.steps[n]);
         let (pose, motion) = (signals.pose(n)?, motion_of(signals, n, intervals_s)?);

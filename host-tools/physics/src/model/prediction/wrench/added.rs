@@ -13,7 +13,8 @@ use softdock_actuator::Reading;
 use softdock_control::frames::{Pose, Twist};
 use softdock_control::wrench::Motion;
 
-/// Adds what the model's effects contribute to the reading of each cycle, as far as the log holds the motion that it takes.
+/// Adds the change by the model's effects to the reading of each cycle. Cycles whose motion lies beyond the end of a stretch get
+/// `None`.
 pub(super) fn add_effects(
     model: &Model,
     nominal: &Scene,
@@ -37,9 +38,8 @@ pub(super) fn add_effects(
     }
 }
 
-/// The motion as it was measured, with the predicted velocity where that is right: it has no noise,
-/// which a friction would turn into wrong signs. A cycle without a pose repeats the last one. None for a model without effects on
-/// the reading.
+/// The measured motion, with the predicted velocity where that is right: that has no noise, which a friction would turn into
+/// wrong signs. A cycle without a pose repeats the last one. `None` for a model without effects on the reading.
 pub(super) fn scene(
     model: &Model,
     signals: &Signals<'_>,
@@ -89,9 +89,9 @@ pub(super) fn scene(
     ))
 }
 
-/// Whether a prediction misses the measurement by little more than noise.
+/// Whether a prediction's residual is little more than noise.
 fn is_right(executed: &ChannelPrediction) -> bool {
-    /// Level up to which a prediction is right; the noise may exceed the data sheet's.
+    /// Ratio to the noise of the data sheet up to which a prediction is right; the true noise may exceed the data sheet's.
     const RIGHT: f64 = 1.6;
     let (mut squares, mut count) = (0.0, 0.0);
     for (n, predicted) in executed.predicted.iter().enumerate() {
