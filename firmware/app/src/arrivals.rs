@@ -1,5 +1,5 @@
-//! When datagrams left the Ethernet controller. A socket's queue keeps no times, and an answer takes as long as the robot
-//! waits for it, not as long as the board looks at its telegram.
+//! Times at which datagrams left the Ethernet controller. A socket's queue keeps no times, and the time of an answer counts from
+//! the arrival of the telegram, not from when the board reads it.
 
 use core::cell::RefCell;
 use core::net::{Ipv4Addr, SocketAddr, SocketAddrV4};
@@ -25,7 +25,7 @@ impl<M: RawMutex> Arrivals<M> {
         self.0.lock(|last| last.borrow_mut().write((sender, at_us)));
     }
 
-    /// When the newest datagram of `sender` came, µs; none if too many others have come since.
+    /// When the newest datagram of `sender` came, µs since boot; `None` if too many others have come since.
     pub fn newest_us(&self, sender: SocketAddr) -> Option<u64> {
         self.0.lock(|last| {
             let last = last.borrow();
@@ -36,7 +36,7 @@ impl<M: RawMutex> Arrivals<M> {
     }
 }
 
-/// Who sent a datagram to UDP port `port`, by its Ethernet frame; none of other frames (RFC 894, 791 and 768).
+/// Sender of a datagram to UDP port `port`, from its Ethernet frame; `None` for other frames (RFC 894, 791 and 768).
 pub fn udp_sender(frame: &[u8], port: u16) -> Option<SocketAddr> {
     const IPV4: [u8; 2] = [0x08, 0x00];
     const UDP: u8 = 17;

@@ -1,6 +1,5 @@
-//! Arms and starts without an operator, as soon as robot and sensor are healthy: for test rigs
-//! and automated runs (`--start`). It starts once: after a fault, a stop, or any other command of
-//! an operator, it is a person who starts.
+//! Arms and starts without an operator, as soon as robot and sensor are healthy: for test rigs and automated runs (`--start`). It
+//! starts only once: after a fault, a stop, or any other command of an operator, a person has to start.
 
 use softdock_control::modes::{Command, Mode};
 

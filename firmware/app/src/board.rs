@@ -1,11 +1,11 @@
-//! What the tasks need from a board.
+//! Interfaces that a board provides to the tasks.
 
 use crate::record::CycleRecord;
 use core::net::SocketAddr;
 use core::task::{Context, Poll};
 use softdock_link::service::LoopBack;
 
-/// Why a bus or socket gave nothing.
+/// Why a bus or socket returned nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IoError {
     /// It is gone for good; the task ends.
@@ -31,8 +31,8 @@ pub trait SensorBus {
     async fn receive(&mut self) -> Result<Self::Frame, IoError>;
     /// Brings the bus back after it went off: a CAN controller from bus-off.
     async fn recover(&mut self) -> Result<(), IoError>;
-    /// Has a CAN controller hear itself for the frames of [`loop_back`](crate::loop_back), then the bus again; none
-    /// without such a controller.
+    /// Tests a CAN controller in internal loop-back with the frames of [`loop_back`](crate::loop_back), then returns to the bus;
+    /// `None` without such a controller.
     async fn loop_back(&mut self) -> Option<LoopBack> {
         None
     }
@@ -61,8 +61,8 @@ pub trait DatagramSocket {
     async fn receive(&mut self, buffer: &mut [u8]) -> Result<(usize, SocketAddr), IoError>;
     /// A further datagram if one is queued already; never waits.
     fn try_receive(&mut self, buffer: &mut [u8]) -> Option<(usize, SocketAddr)>;
-    /// When the newest datagram of `sender` left the network's controller, µs by the board's clock, if that is known:
-    /// it may have waited since.
+    /// When the newest datagram of `sender` left the network controller, µs by the board's clock; it may have waited since.
+    /// `None` if that is not known.
     fn came_us(&self, _sender: SocketAddr) -> Option<u64> {
         None
     }
@@ -94,7 +94,7 @@ impl<T: DatagramSocket> DatagramSink for T {
 pub trait Clock {
     /// Now, µs.
     fn now_us(&self) -> u64;
-    /// Cycles of the processor while it is awake, which wrap; none without such a counter.
+    /// Processor cycles while awake, wrapping; `None` without such a counter.
     fn processor_cycles(&self) -> Option<u32> {
         None
     }
@@ -102,7 +102,7 @@ pub trait Clock {
     async fn wait_until(&self, at_us: u64);
 }
 
-/// Takes the record of each cycle. Never blocks: what has no room is lost and counted there.
+/// Takes the record of each cycle. Never blocks: a record without room is dropped and counted by the implementation.
 pub trait Recorder {
     /// Takes one record.
     fn record(&mut self, record: &CycleRecord);

@@ -1,5 +1,6 @@
-//! Frames that a driver's queue had no room for. embassy-stm32 0.6 takes them out of the controller in its interrupt, and drops
-//! without a word what does not fit into the queue of the sensor's task; so what is taken out is counted beside it.
+//! Detects frames for which a driver's queue had no room. The interrupt of embassy-stm32 0.6 takes frames out of the controller
+//! and silently drops those that do not fit into the queue of the sensor's task. Therefore the frames taken out are counted here
+//! as well.
 
 /// Elements of a FIFO of the controller.
 const DEPTH: u8 = 3;
@@ -14,8 +15,8 @@ pub struct Fifo {
 }
 
 impl Fifo {
-    /// Frames that were taken out between this and `after`. Those that came meanwhile count as well, if they are two at
-    /// most: on a bus of 1 Mbit/s each takes 47 µs.
+    /// Frames that were taken out between this state and `after`. It includes frames that arrived in between, if there were at
+    /// most two: on a bus of 1 Mbit/s each takes 47 µs.
     pub fn taken(self, after: Self) -> u32 {
         let moved = (after.next + DEPTH).wrapping_sub(self.next);
         let came = (moved + DEPTH).wrapping_sub(self.fill) % DEPTH;
@@ -23,7 +24,7 @@ impl Fifo {
     }
 }
 
-/// What the sensor's task got of it.
+/// Number of frames that the sensor's task has received.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Handed(u32);
 
@@ -33,8 +34,8 @@ impl Handed {
         self.0 = self.0.wrapping_add(1);
     }
 
-    /// The queue is empty, and `taken` frames were taken out since boot, looked at before the queue was: whether
-    /// some of them were dropped since the last time.
+    /// Whether frames were dropped since the last call. To be called when the queue is empty; `taken` is the number of frames
+    /// taken out since boot, read before the queue was found empty.
     pub fn misses(&mut self, taken: u32) -> bool {
         let missing = taken != self.0;
         self.0 = taken;

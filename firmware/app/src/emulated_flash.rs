@@ -1,5 +1,4 @@
-//! What lies where in the emulated flash of a board in QEMU, for its firmware and for the launcher
-//! that writes it.
+//! Layout of the emulated flash of a board in QEMU, for its firmware and for the launcher that writes it.
 //!
 //! | offset | what |
 //! |---|---|
@@ -11,11 +10,11 @@ use crate::checksum::CHECKSUM;
 
 /// Size of the emulated flash, bytes.
 pub const FLASH_BYTES: usize = 16 << 20;
-/// Where the two slots for settings lie, one behind the other.
+/// Offset of the two slots for settings, one after the other.
 pub const SETTINGS_OFFSET: usize = 0;
 /// Size of a slot, bytes: a sector of the STM32H743's flash.
 pub const SLOT_BYTES: usize = 128 << 10;
-/// Where the boot options lie: beyond what slots of settings may ever take.
+/// Offset of the boot options: beyond all space that slots of settings may ever use.
 pub const BOOT_OPTIONS_OFFSET: usize = 1 << 20;
 
 /// Length of a block of boot options, bytes.
@@ -27,19 +26,19 @@ const START: u8 = 1;
 /// Where the number of a [`Crash`] stands in the fifth byte.
 const CRASH_SHIFT: u32 = 1;
 
-/// A way to crash, for tests of what is told of it.
+/// A way to crash, for tests of its report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Crash {
     /// The firmware gives up by itself.
     Panic,
     /// The stack grows until it leaves its memory.
     StackOverflow,
-    /// An instruction that there is not.
+    /// An invalid instruction.
     Fault,
 }
 
 impl Crash {
-    /// All of them; their numbers are their places from 1 on.
+    /// All of them; their numbers are their places, from 1.
     const ALL: [Self; 3] = [Self::Panic, Self::StackOverflow, Self::Fault];
 
     fn number(crash: Option<Self>) -> u8 {
@@ -54,8 +53,7 @@ impl Crash {
     }
 }
 
-/// What the launcher asks of the firmware. A board with real flash has none of it: there, it is a
-/// person who starts.
+/// Requests of the launcher to the firmware. A board with real flash has none: there a person starts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BootOptions {
     /// Arm and start as soon as robot and sensor are healthy, at the first start.
@@ -81,7 +79,7 @@ impl BootOptions {
         block
     }
 
-    /// Reads a block at the start of `bytes`. Anything but a whole block asks for nothing.
+    /// Reads a block at the start of `bytes`; anything but a valid block gives the default, which asks for nothing.
     pub fn decode(bytes: &[u8]) -> Self {
         let Some(&[_, _, _, _, flags, b0, b1, b2, b3, ..]) =
             bytes.first_chunk::<BOOT_OPTIONS_BYTES>()

@@ -1,19 +1,19 @@
 //! Whether the DMA of an Ethernet controller still moves frames, and what to do if not.
 //!
-//! The controller of the STM32H7 is known to fall silent: its DMA suspends itself when no buffer is
-//! free, and stops at an error of the bus, and nobody tells (STM32CubeH7 #222, stm32h7xx-hal #448, NuttX
+//! The controller of the STM32H7 is known to fall silent: its DMA suspends itself when no buffer is free, and stops at a bus
+//! error, without any notification (STM32CubeH7 #222, stm32h7xx-hal #448, NuttX #10065). So it is checked every [`PERIOD_US`]. A
+//! flood also suspends it, again and again; that needs no action as long as frames come through.
 //! #10065). So it is looked at every [`PERIOD_US`]. A flood suspends it as well, again and again; that is
 //! no reason for anything as long as frames come through.
 
-/// How often it is looked at, µs: the robot is answered again within 10 cycles of 4 ms.
+/// Period of the check, µs: the robot is answered again within 10 cycles of 4 ms.
 pub const PERIOD_US: u64 = 10_000;
-/// Looks without a frame after which a suspended channel is restarted.
+/// Checks without a frame after which a suspended channel is restarted.
 const RESTART_AFTER: u32 = 2;
-/// Looks after which the board starts over: a tenth of a second without the robot, which has given up
-/// by then.
+/// Checks without a frame after which the board restarts: a tenth of a second without the robot, which has given up by then.
 const START_OVER_AFTER: u32 = 10;
 
-/// What a channel of the DMA does.
+/// State of a channel of the DMA.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channel {
     /// It works, or waits for work.
@@ -24,18 +24,18 @@ pub enum Channel {
     Stopped,
 }
 
-/// What may bring it back.
+/// Action that may bring it back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cure {
-    /// To be told that there are buffers.
+    /// Tell it that there are buffers.
     Resume,
-    /// To be stopped and started.
+    /// Stop and start it.
     Restart,
     /// A reset of the chip.
     StartOver,
 }
 
-/// What was seen so far.
+/// State of the monitor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DmaMonitor {
     frames: u32,
@@ -45,7 +45,8 @@ pub struct DmaMonitor {
 }
 
 impl DmaMonitor {
-    /// Looks at reception, transmission, and the count of frames that were received, which may wrap.
+    /// Checks reception and transmission; `frames` is the count of received frames, which may wrap. Returns the action to take;
+    /// `None` if all is well.
     pub fn look(&mut self, receive: Channel, transmit: Channel, frames: u32) -> Option<Cure> {
         let moves = frames != self.frames;
         self.frames = frames;
@@ -116,11 +117,11 @@ mod tests {
         }
     }
 
-    /// Telegrams of a robot, one each 4 ms, until one comes through a receiver that has fallen silent and wants a cure.
-    /// It is looked at first after `look_us`.
+    /// Number of telegrams, one every 4 ms, until one comes through a receiver that has fallen silent and needs a given action.
+    /// The first check is after `look_us`.
     fn cycles_until_answered(silent: Channel, wants: Cure, mut look_us: u64) -> u64 {
         let (mut monitor, mut receive) = (DmaMonitor::default(), silent);
-        // One has come since the last look, before it fell silent.
+        // One has come since the last check, before it fell silent.
         let frames = 1;
         for cycle in 1..100 {
             while look_us <= cycle * 4000 {

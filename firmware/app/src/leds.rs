@@ -1,4 +1,4 @@
-//! What three LEDs say about the board, to somebody who stands beside the rig.
+//! State of the board on three LEDs, for a person at the rig.
 //!
 //! | LED | dark | blinks | lit |
 //! |---|---|---|---|
@@ -18,7 +18,7 @@ const PERIOD_US: u64 = 125_000;
 /// Ticks of a half period of slow blinking.
 const SLOW_TICKS: u32 = 4;
 
-/// Keeps `set` informed of the board's state, for ever.
+/// Calls `set` with the LEDs of the board's state, forever.
 pub async fn show<M: RawMutex>(
     shared: &Shared<M>,
     clock: &impl Clock,
@@ -59,7 +59,7 @@ mod tests {
     use embassy_futures::poll_once;
     use softdock_control::modes::{Fault, FaultCode};
 
-    /// Ticks in two seconds in which an LED is lit, of 16.
+    /// Number of ticks in two seconds, of 16, in which an LED is lit.
     fn lit(status: &Status, led: impl Fn(Leds) -> bool) -> usize {
         (0..16).filter(|tick| led(leds(status, *tick))).count()
     }

@@ -1,4 +1,4 @@
-//! The test of a CAN controller that hears itself: frames of all lengths, each of which has to come back.
+//! The loop-back test of a CAN controller: frames of all lengths, each of which has to come back.
 
 use crate::board::{Clock, IoError, SensorBus};
 use embassy_futures::select::{Either, select};
@@ -7,11 +7,11 @@ use softdock_link::service::LoopBack;
 
 /// Longest time for a frame, µs: on the bus it would take 0.13 ms.
 const PATIENCE_US: u64 = 2_000;
-/// Most frames and losses that were on their way before: no board's queue is longer.
+/// Most frames and losses that may precede the expected frame: no board's queue is longer.
 const BEFORE: usize = 64;
 
-/// Sends frames of 0 to 8 bytes, with identifiers of 11 and of 29 bits in turn, through a controller whose output is
-/// its input.
+/// Sends frames of 0 to 8 bytes, with identifiers of 11 and of 29 bits alternately, through a controller whose output is its
+/// input.
 pub async fn loop_back(bus: &mut impl SensorBus<Frame = Frame>, clock: &impl Clock) -> LoopBack {
     let mut outcome = LoopBack::default();
     for length in 0..=Frame::MAX_BYTES {
@@ -25,7 +25,7 @@ pub async fn loop_back(bus: &mut impl SensorBus<Frame = Frame>, clock: &impl Clo
     outcome
 }
 
-/// Whether a frame comes back as it was; what else comes was on its way before.
+/// Whether a frame comes back unchanged; others were already on their way.
 async fn comes_back(bus: &mut impl SensorBus<Frame = Frame>, frame: &Frame) -> bool {
     if bus.send(frame).await.is_err() {
         return false;
@@ -40,7 +40,7 @@ async fn comes_back(bus: &mut impl SensorBus<Frame = Frame>, frame: &Frame) -> b
     false
 }
 
-/// A frame in which neighbouring bits differ, as long as its number says.
+/// A frame of this length in which neighbouring bits differ.
 fn frame(length: usize) -> Option<Frame> {
     const BITS: [u8; Frame::MAX_BYTES] = [0x55, 0xaa, 0x33, 0xcc, 0x0f, 0xf0, 0x00, 0xff];
     let id = match length % 2 {
@@ -58,7 +58,7 @@ mod tests {
     use embassy_futures::block_on;
     use std::collections::VecDeque;
 
-    /// A controller whose frames come back, each as `spoil` leaves it, behind a loss and one of the sensor's.
+    /// A controller whose frames come back as changed by `spoil`, after a loss and a frame of the sensor.
     struct Controller<F> {
         frames: VecDeque<Result<Frame, IoError>>,
         spoil: F,

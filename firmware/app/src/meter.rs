@@ -1,12 +1,12 @@
-//! What the robot task measures of itself and its inputs, after an answer has gone: how long the answer
-//! took, how noisy the sensor is, how even the telegrams come. For people: nothing of it enters a cycle.
+//! Measurements by the robot task of itself and its inputs, after an answer was sent: how long the answer took, how noisy the
+//! sensor is, how regular the telegrams are. For people only: no cycle uses them.
 
 use crate::record::CycleRecord;
 use micromath::F32Ext;
 use softdock_control::io::Sequence;
 use softdock_link::service::{AnswerTimes, InputStatistics, Work};
 
-/// Cycles that statistics are made of: about a second.
+/// Cycles of a window of statistics: about a second.
 const WINDOW: u32 = 250;
 
 /// Measures.
@@ -30,13 +30,13 @@ struct Window {
     force: f64,
     torque: f64,
     intervals: u32,
-    /// Of the intervals' deviation from a cycle, µs.
+    /// Sum of the deviations of the intervals from a cycle, µs.
     sum: f64,
     squares: f64,
 }
 
 impl Meter {
-    /// Takes a cycle that was answered: when its telegram came and when the answer went, µs.
+    /// Takes in an answered cycle: when its telegram came and when the answer was sent, µs.
     pub fn take(&mut self, record: &CycleRecord, came_us: u64, gone_us: u64, cycle_us: u64) {
         let took_us = gone_us.saturating_sub(came_us);
         let took_us = u32::try_from(took_us).unwrap_or(u32::MAX);
@@ -59,12 +59,12 @@ impl Meter {
         }
     }
 
-    /// A telegram is read, at this count of the processor's cycles.
+    /// A telegram is read; `cycles` is the processor's cycle count.
     pub fn begin(&mut self, cycles: Option<u32>) {
         self.begun = cycles;
     }
 
-    /// Its answer has gone, at this one.
+    /// Its answer was sent at this cycle count.
     pub fn end(&mut self, cycles: Option<u32>) {
         if let (Some(begun), Some(now)) = (self.begun, cycles) {
             let last = now.wrapping_sub(begun);
@@ -121,7 +121,7 @@ impl Window {
     }
 }
 
-/// micromath's square root: cheap where there is no floating-point unit, and good enough for a look.
+/// micromath's square root: cheap without a floating-point unit, and accurate enough for display.
 fn root(square: f64) -> f32 {
     F32Ext::sqrt(square as f32)
 }
@@ -130,7 +130,7 @@ fn root(square: f64) -> f32 {
 mod tests {
     use super::*;
 
-    /// What micromath's root may be off.
+    /// Relative error that micromath's root may have.
     const ROOT: f64 = 0.065;
 
     #[test]
@@ -174,7 +174,7 @@ mod tests {
         );
     }
 
-    /// Telegrams that all come 4 µs late on the one before.
+    /// Telegrams of which each is 4 µs later than a cycle after the one before.
     #[test]
     fn a_slow_clock_of_the_robot_is_even() {
         let mut meter = Meter::default();

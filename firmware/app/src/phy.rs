@@ -1,13 +1,13 @@
-//! The Ethernet's PHY: what it offers, and whether there is a link.
+//! The Ethernet's PHY: its advertisement, and whether there is a link.
 //!
-//! A look at a register takes 27 µs of waiting on the management bus, so it is looked every
-//! [`PERIOD_US`], or [`WAIT_US`] while there is no link, and remembered in between. A PHY that has lost what it was told, by a dip of its supply
-//! or a discharge at the plug, is told again. Nothing here waits: a board boots without a cable, and with
-//! a PHY that does not answer.
+//! Reading a register takes 27 µs of waiting on the management bus. It is therefore read every [`PERIOD_US`], or every
+//! [`WAIT_US`] without a link, and cached in between. A PHY that has lost its configuration, by a dip of its supply or a
+//! discharge at the plug, is configured again. Nothing here waits: a board boots without a cable, and with a PHY that does not
+//! answer.
 
-/// How often the registers are looked at while there is a link, µs.
+/// Polling period with a link, µs.
 pub const PERIOD_US: u64 = 100_000;
-/// While there is none, µs: half of the 10 cycles of 4 ms within which the robot is answered again.
+/// Polling period without a link, µs: half of the 10 cycles of 4 ms within which the robot is answered again.
 pub const WAIT_US: u64 = 20_000;
 
 // Registers and their bits: IEEE 802.3, clause 22.2.4.
@@ -18,14 +18,13 @@ const ADVERTISEMENT: u8 = 4;
 const RESET: u16 = 1 << 15;
 /// In the control register: negotiate, and begin now.
 const NEGOTIATE: u16 = 1 << 12 | 1 << 9;
-/// In the status register: negotiated, and linked. The second is lost at the first loss until it is
-/// read.
+/// In the status register: negotiation complete, and link. The link bit stays cleared after a loss until it is read.
 const UP: u16 = 1 << 5 | 1 << 2;
 /// The MAC is set to 100 Mbit/s, full duplex, so nothing else is offered (and that it is IEEE 802.3).
 const ONLY_100_FULL: u16 = 1 << 8 | 1;
 /// In the advertisement: all rates and duplexes.
 const RATES: u16 = 0b11111 << 5;
-/// Nobody drives the management bus.
+/// Value of a management bus that nobody drives.
 const NOBODY: u16 = 0xffff;
 
 /// The management registers of a PHY.
@@ -36,7 +35,7 @@ pub trait Management {
     fn write(&mut self, register: u8, value: u16);
 }
 
-/// What is known of the link.
+/// State of the link.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PhyMonitor {
     up: bool,
@@ -51,7 +50,7 @@ impl PhyMonitor {
         phy.write(CONTROL, RESET);
     }
 
-    /// Whether there is a link; looks at the PHY when it is time to.
+    /// Whether there is a link; polls the PHY when it is due.
     pub fn is_up(&mut self, phy: &mut impl Management, now_us: u64) -> bool {
         if now_us >= self.next_us {
             let up = look(phy);
@@ -62,7 +61,7 @@ impl PhyMonitor {
         self.up
     }
 
-    /// When it is looked again, µs.
+    /// Time of the next poll, µs.
     pub fn next_us(&self) -> u64 {
         self.next_us
     }
@@ -108,7 +107,7 @@ mod tests {
             };
         }
 
-        /// What a reset leaves: everything is offered.
+        /// State after a reset: everything is offered.
         fn forget(&mut self) {
             self.registers[usize::from(CONTROL)] = 0;
             self.registers[usize::from(ADVERTISEMENT)] = 0x01e1;
@@ -129,7 +128,7 @@ mod tests {
         }
     }
 
-    /// A PHY that is told what to offer, with the time of the next look.
+    /// A PHY after its configuration, with the time of the next poll.
     fn told(plugged: bool) -> (Phy, PhyMonitor, u64) {
         let (mut phy, mut monitor) = (Phy::default(), PhyMonitor::default());
         monitor.reset(&mut phy);

@@ -1,4 +1,4 @@
-//! What the processor of a board can compute within a cycle.
+//! What a board's processor can compute within a cycle.
 
 use crate::settings::BoardSettings;
 use softdock_control::delay::LawName;

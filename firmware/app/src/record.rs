@@ -1,5 +1,5 @@
-//! One cycle as it is recorded: the robot's own numbers as they stood in its telegram and in the
-//! answer, and what the cycle made of them. A replay begins with the same numbers.
+//! The record of one cycle: the robot's own numbers as in its telegram and in the answer, and the trace of the cycle. A replay
+//! begins with the same numbers.
 
 use softdock_control::io::{SensorSample, Sequence, Trace};
 use softdock_control::modes::Command;
@@ -8,12 +8,12 @@ use softdock_control::modes::Command;
 /// units of the last digit of mm and degrees.
 pub type Correction = [i64; 6];
 
-/// What a telegram says, in the conventions of the robot's link but in SI units.
+/// Content of a telegram, in the conventions of the robot's link but in SI units.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct RobotReport {
     /// Counter or time stamp, echoed in the answer. With RSI: IPOC, ms.
     pub counter: u64,
-    /// Where the telegram stands in the robot's sequence.
+    /// Position of the telegram in the robot's sequence.
     pub sequence: Sequence,
     /// Measured pose of M in C: x y z (m) and three angles (rad). With RSI: A B C of RIst. None if
     /// not in the telegram.

@@ -16,11 +16,10 @@ use softdock_control::modes::{Command, Mode, Refusal};
 use softdock_control::scalar::Scalar;
 use softdock_link::sensor::SensorState;
 
-/// Longest telegram that is read: an Ethernet frame, which no robot's exceeds.
+/// Longest telegram that is read: the payload of an Ethernet frame, which no robot exceeds.
 pub const TELEGRAM_BYTES: usize = 1500;
 
-/// Most queued datagrams that are looked at before one is answered, so that a flood of foreign
-/// ones cannot keep the robot waiting for ever.
+/// Most queued datagrams that are read before one is answered, so that a flood of foreign ones cannot keep the robot waiting.
 const MOST_QUEUED: usize = 32;
 
 /// What the robot task owns.
@@ -52,7 +51,7 @@ impl<M: RawMutex, S: Scalar, P: RobotProtocol> RobotTask<'_, M, S, P> {
                 Err(IoError::Closed) => return,
                 Err(IoError::BusOff | IoError::Lost) => continue,
             };
-            // Before the next one comes.
+            // Read before the next one comes.
             let came_us = socket.came_us(from).unwrap_or(self.link.heard_us());
             let record = self.run_cycle(incoming, clock).await;
             let sent = self.answer(incoming, socket, from).await;
@@ -69,8 +68,7 @@ impl<M: RawMutex, S: Scalar, P: RobotProtocol> RobotTask<'_, M, S, P> {
         }
     }
 
-    /// The newest datagram of the robot that is queued; older ones are counted and given up, for
-    /// their answers would be late.
+    /// The newest queued datagram of the robot; older ones are counted and dropped, as their answers would be late.
     async fn newest(
         &mut self,
         socket: &mut impl DatagramSocket,
@@ -99,7 +97,7 @@ impl<M: RawMutex, S: Scalar, P: RobotProtocol> RobotTask<'_, M, S, P> {
         Ok((newest, from))
     }
 
-    /// Waits for a datagram, and tells the onlookers if the robot falls silent.
+    /// Waits for a datagram, and publishes if the robot falls silent.
     async fn next(
         &self,
         socket: &mut impl DatagramSocket,
@@ -130,7 +128,7 @@ impl<M: RawMutex, S: Scalar, P: RobotProtocol> RobotTask<'_, M, S, P> {
         self.link.receive(datagram, from, clock.now_us())
     }
 
-    /// Runs the cycle that a datagram starts, if it does.
+    /// Runs the cycle that a datagram triggers, if any.
     async fn run_cycle(&mut self, incoming: Incoming, clock: &impl Clock) -> Option<CycleRecord> {
         let Incoming::Telegram(telegram) = incoming else {
             return None;
@@ -164,8 +162,8 @@ impl<M: RawMutex, S: Scalar, P: RobotProtocol> RobotTask<'_, M, S, P> {
         }
     }
 
-    /// The sample that was asked for when the telegram came, so that force and pose are of one
-    /// instant; the newest one if it takes longer than the wait (0.35 ms is normal on CAN).
+    /// Requests a sample for this telegram, so that force and pose are of one instant, and returns it; the newest one if it takes
+    /// longer than the wait (0.35 ms is normal on CAN).
     async fn sample_now(&self, clock: &impl Clock) -> SensorSample {
         if self.shared.status().sensor == Some(SensorState::Running) {
             let until = clock.now_us() + self.sample_wait_us;
@@ -240,14 +238,14 @@ fn last_telegram(record: &CycleRecord) -> LastTelegram {
     }
 }
 
-/// Whether the robot moves or may begin to: also a jog and a stop that fades out are motions.
+/// Whether the robot moves or may begin to; a jog and a stop that fades out count as motions.
 fn moves(record: &CycleRecord) -> bool {
     let mode = record.trace.mode;
     mode == Mode::Armed || mode.moves() || record.trace.sent_velocity != [0.0; 6]
 }
 
-/// Whether the operator's reset is meant for the sensor: its data do not allow the reset, or there
-/// is no fault to leave. A closed loop keeps its sensor.
+/// Whether the operator's reset applies to the sensor: the sensor's data do not allow the reset, or there is no fault. The sensor
+/// of a closed loop is not reset.
 fn restarts_sensor(record: &CycleRecord) -> bool {
     let allowed = match record.trace.refusal {
         Some(Refusal::SensorStale | Refusal::SensorUnhealthy) => true,

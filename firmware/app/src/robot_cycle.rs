@@ -1,5 +1,5 @@
-//! The control cycle behind a robot's protocol: a report in, a correction out, and the record of
-//! both. No datagrams: this is what a replay recomputes.
+//! The control cycle behind a robot's protocol: takes a report, returns a correction and the record of both. There are no
+//! datagrams: this is what a replay recomputes.
 
 use crate::record::{Correction, CycleRecord, Inputs, Output};
 use crate::robot_protocol::RobotProtocol;
@@ -47,7 +47,7 @@ impl<S: Scalar, P: RobotProtocol> RobotCycle<S, P> {
         self.step_counted(inputs, &mut ())
     }
 
-    /// [`Self::step`], telling which phases of the cycle are finished.
+    /// [`Self::step`] that reports the finished phases of the cycle.
     pub fn step_counted(&mut self, inputs: &Inputs, probe: &mut impl Probe) -> CycleRecord {
         let neutral = io::Inputs {
             robot: self.protocol.sample(&inputs.robot),
@@ -82,7 +82,7 @@ impl<S: Scalar, P: RobotProtocol> RobotCycle<S, P> {
         self.cycle.fault()
     }
 
-    /// The correction that moves nothing, for telegrams that no cycle is run for.
+    /// The correction that moves nothing, for telegrams without a cycle.
     pub fn rest(&self) -> Correction {
         self.protocol.rest()
     }

@@ -1,7 +1,7 @@
-//! From a datagram to its answer: sender, form, sequence, then one control cycle.
+//! From a datagram to its answer: check of sender, format and sequence, then one control cycle.
 //!
-//! Whatever comes, the robot gets an answer with its own counter as long as that can be read; a
-//! sender that is not the robot gets none and changes nothing.
+//! The robot gets an answer with its own counter whenever that can be read. A sender that is not the robot gets none and changes
+//! nothing.
 
 use crate::record::{CycleRecord, Inputs, Output, RobotReport};
 use crate::robot_cycle::RobotCycle;
@@ -29,10 +29,10 @@ pub const ANSWER_MAX_BYTES: usize = SEN_MAX_BYTES;
 /// An answer as bytes.
 pub type Answer = heapless::Vec<u8, ANSWER_MAX_BYTES>;
 
-/// Who may be the robot.
+/// Senders that may be the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Senders {
-    /// Its address; none: the first sender of a telegram is the robot.
+    /// Its address; `None`: the first sender of a telegram is the robot.
     pub allowed: Option<IpAddr>,
     /// Silence after which another sender may become the robot, µs.
     pub silence_us: u64,
@@ -59,7 +59,7 @@ pub struct RobotLink<S: Scalar, P: RobotProtocol = Rsi> {
 /// What a datagram turned out to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Incoming {
-    /// A telegram of the robot; [`RobotLink::follow`] says where it stands in the sequence.
+    /// A telegram of the robot; [`RobotLink::follow`] gives its position in the sequence.
     Telegram(RobotReport),
     /// A telegram of the robot of which only the counter can be read: no cycle is run, the answer is
     /// [`RobotLink::resting_answer`]. The next telegram then follows a gap.
@@ -154,7 +154,7 @@ impl<S: Scalar, P: RobotProtocol> RobotLink<S, P> {
         self.cycle.cycle()
     }
 
-    /// What was counted.
+    /// Counters of the link.
     pub fn counters(&self) -> LinkCounters {
         self.counters
     }
@@ -164,8 +164,7 @@ impl<S: Scalar, P: RobotProtocol> RobotLink<S, P> {
         self.counters.overtaken = self.counters.overtaken.saturating_add(1);
     }
 
-    /// When the robot counts as silent unless it is heard before, µs; never before the first
-    /// telegram.
+    /// Time from which the robot counts as silent if it is not heard before, µs; `u64::MAX` before the first telegram.
     pub fn silent_at_us(&self) -> u64 {
         self.robot.map_or(u64::MAX, |(_, heard_us)| {
             heard_us.saturating_add(SILENT_CYCLES * self.cycle_us)
@@ -182,7 +181,7 @@ impl<S: Scalar, P: RobotProtocol> RobotLink<S, P> {
         self.cycle_us
     }
 
-    /// Looks at a datagram; `now_us` is only used to tell silence.
+    /// Classifies a datagram; `now_us` only serves to detect silence.
     pub fn receive(&mut self, datagram: &[u8], from: SocketAddr, now_us: u64) -> Incoming {
         if !self.is_robot(from, now_us) {
             self.counters.foreign = self.counters.foreign.saturating_add(1);
@@ -204,8 +203,8 @@ impl<S: Scalar, P: RobotProtocol> RobotLink<S, P> {
         counters.is_some_and(|(counter, other)| self.cycle.protocol().is_late(counter, other))
     }
 
-    /// Where a telegram stands in the sequence; none for the last one again, which is not to move
-    /// anything a second time, and for one that it has overtaken: see [`Self::has_answered`].
+    /// Position of a telegram in the sequence; `None` for a repetition of the last one, which must not move anything again, and
+    /// for one that was overtaken by the last: see [`Self::has_answered`].
     pub fn follow(&mut self, telegram: &RobotReport) -> Option<Sequence> {
         let sequence = self.cycle.protocol_mut().follow(telegram.counter);
         let counters = &mut self.counters;
@@ -232,7 +231,7 @@ impl<S: Scalar, P: RobotProtocol> RobotLink<S, P> {
         self.run_cycle_counted(telegram, sequence, sensor, command, &mut ())
     }
 
-    /// [`Self::run_cycle`], telling which phases of the cycle are finished.
+    /// [`Self::run_cycle`] that reports the finished phases of the cycle.
     pub fn run_cycle_counted(
         &mut self,
         telegram: &RobotReport,
@@ -259,7 +258,7 @@ impl<S: Scalar, P: RobotProtocol> RobotLink<S, P> {
         record
     }
 
-    /// Whether the last cycle was for this telegram: its answer is [`Self::last_answer`], that of any other
+    /// Whether the last cycle was for this telegram: its answer is [`Self::last_answer`], any other's is
     /// [`Self::resting_answer`].
     pub fn has_answered(&self, telegram: &RobotReport) -> bool {
         telegram.counter == self.last_counter
@@ -270,7 +269,7 @@ impl<S: Scalar, P: RobotProtocol> RobotLink<S, P> {
         self.last_answer.get(..self.last_length).unwrap_or_default()
     }
 
-    /// The answer that moves nothing, to a telegram that no cycle is run for.
+    /// The answer that moves nothing, for a telegram without a cycle.
     pub fn resting_answer(&self, counter: u64) -> Answer {
         let rest = Output {
             correction: self.cycle.rest(),

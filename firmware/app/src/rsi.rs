@@ -13,7 +13,7 @@ use softdock_link::rsi::{
     poscorr_clamps, salvage_ipoc, write_sen,
 };
 
-/// Largest angle of a measured pose that is believed, rad: KUKA's stay within ±π.
+/// Largest angle of a measured pose that is accepted, rad: KUKA's stay within ±π.
 const LARGEST_ANGLE_RAD: f64 = 10.0;
 
 /// A KUKA robot.
@@ -35,7 +35,7 @@ impl Rsi {
         Ok(Self::named(robot, rsi.tags()?, rsi.new_run_after_lost))
     }
 
-    /// With the usual names of elements: for a replay, in which none are written.
+    /// With the default names of elements: for a replay, which writes none.
     pub fn unnamed(robot: &RobotSettings) -> Self {
         Self::named(robot, Tags::default(), u32::MAX)
     }
@@ -55,7 +55,7 @@ impl Rsi {
 }
 
 impl RobotProtocol for Rsi {
-    /// B is the angle of M's x out of the plane across C's z.
+    /// B is the angle of M's x axis out of the plane perpendicular to C's z axis.
     fn interface(&self) -> RobotInterface {
         RobotInterface {
             cycle_s: self.cycle_s,
@@ -142,7 +142,7 @@ impl RobotProtocol for Rsi {
             correction: answer.correction.map(|counts| Decimal { counts, decimals }),
             stop: answer.stop,
         };
-        // Counts of a limited step fit any digit.
+        // The counts of a limited step always fit.
         write_sen(&telegram, &self.tags, bytes).unwrap_or(0)
     }
 }

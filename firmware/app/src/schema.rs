@@ -1,11 +1,9 @@
-//! A number that changes when the form of a type does: the CRC-32 of the names and types of all its
-//! fields in their order.
+//! A number that changes when the form of a type does: the CRC-32 of the names and types of all its fields, in order.
 //!
-//! Postcard's bytes say nothing about themselves, so reader and writer must be sure that they mean
-//! the same form. It is found by reading the type from a deserializer that notes what is asked for
-//! and gives zeros, so no list of fields has to be kept beside the type itself. Enumerations ask
-//! with the names of all their variants; the type is read as often as the longest one has variants,
-//! each time with the next of them, so that what lies behind each is noted too.
+//! Postcard's bytes are not self-describing, so reader and writer must agree on the form. It is found by deserializing the type
+//! from a source that records each request and returns zeros; no list of fields has to be kept beside the type. Enumerations
+//! request the names of all their variants. The type is read as often as the longest enumeration has variants, each time with the
+//! next variant, so that the content of each is recorded too.
 
 use crate::checksum::CHECKSUM;
 use crc::Digest;
@@ -14,8 +12,7 @@ use serde::de::value::U32Deserializer;
 use serde::de::{self, DeserializeOwned, DeserializeSeed, Visitor};
 use serde::forward_to_deserialize_any;
 
-/// The schema of a type, or an error if it holds something that the walk cannot look into. Tests
-/// assert that those in use do not.
+/// The schema of a type, or an error if it holds something that cannot be walked. Tests assert that those in use do not.
 pub(crate) fn of<T: DeserializeOwned>() -> Result<u32, Error> {
     let mut form = Form {
         digest: CHECKSUM.digest(),
@@ -32,7 +29,7 @@ pub(crate) fn of<T: DeserializeOwned>() -> Result<u32, Error> {
 /// Notes names and types.
 struct Form {
     digest: Digest<'static, u32>,
-    /// The variant that enumerations take; those with fewer take their last.
+    /// The variant that enumerations return; those with fewer return their last.
     variant: u32,
     /// Variants of the longest enumeration so far.
     variants: u32,
@@ -93,7 +90,7 @@ impl<'de> de::Deserializer<'de> for &mut Form {
         deserialize_byte_buf visit_bytes(bytes) &[],
     }
 
-    /// What describes itself has no form of its own.
+    /// A self-describing value has no form of its own.
     fn deserialize_any<V: Visitor<'de>>(self, _: V) -> Result<V::Value, Error> {
         Err(Error::WontImplement)
     }

@@ -1,4 +1,4 @@
-//! The sensor task: keeps the newest force sample up to date, whatever the sensor's wire.
+//! The sensor task: keeps the newest force sample up to date, for any type of link.
 
 use crate::board::{Clock, IoError, SensorBus};
 use crate::shared::{LastSample, Shared};
@@ -10,7 +10,7 @@ use softdock_link::sensor::{SensorDriver, SensorFault, SensorReading, SensorStat
 /// Pause after bus-off before the controller tries again, µs: a broken cable must not keep the
 /// controller busy.
 const BUS_OFF_PAUSE_US: u64 = 100_000;
-/// Recoveries without a frame in between after which only the operator's reset helps.
+/// Recoveries without a frame in between after which only an operator's reset helps.
 const BUS_OFF_RETRIES: u32 = 10;
 
 /// Runs until the bus is closed.
@@ -40,24 +40,24 @@ pub async fn run<M: RawMutex, B: SensorBus>(
             Err(IoError::Lost) => shared.update_status(|status| {
                 status.can_losses = status.can_losses.saturating_add(1);
             }),
-            // A recovery that failed shows when the bus is used next.
+            // A failed recovery shows at the next use of the bus.
             Ok(()) | Err(IoError::BusOff) => {}
         }
     }
 }
 
-/// Says that the settings name a sensor on a link that this board does not have: there will be no sample.
+/// Publishes that the settings name a sensor on a link that this board does not have: there will be no sample.
 pub fn refuse<M: RawMutex>(shared: &Shared<M>) {
     fail(shared, SensorFault::OtherLink);
 }
 
-/// Says why there will be no sample.
+/// Publishes why there will be no sample.
 pub fn fail<M: RawMutex>(shared: &Shared<M>, fault: SensorFault) {
     shared.update_status(|status| status.sensor = Some(SensorState::Failed(fault)));
 }
 
-/// Sends what is due, then takes what comes first: a frame, the next deadline, a telegram that
-/// asks for a sample, the operator's reset, or a test of the bus. True: it was a frame.
+/// Sends what is due, then handles the first of these events: a frame, the next deadline, a telegram that requests a sample, the
+/// operator's reset, or a test of the bus. Returns whether it was a frame.
 async fn exchange<M: RawMutex, B: SensorBus>(
     shared: &Shared<M>,
     bus: &mut B,
@@ -70,8 +70,7 @@ async fn exchange<M: RawMutex, B: SensorBus>(
         status.sensor_counters = driver.counters();
     });
     if let Some(frame) = due {
-        // A bus that nobody acknowledges has no room for ever; later than its answer is due, the
-        // request is of no use.
+        // A bus without acknowledgement never has room; after the deadline of its answer the request is useless.
         let too_late = clock.wait_until(driver.next_deadline_us());
         if let Either::First(sent) = select(bus.send(&frame), too_late).await {
             sent?;
@@ -80,10 +79,10 @@ async fn exchange<M: RawMutex, B: SensorBus>(
     let restart = shared.restart_sensor.wait();
     let asked = shared.wanted.wait();
     let deadline = clock.wait_until(driver.next_deadline_us());
-    // The first that is ready wins: what is rare comes first, the deadline is met anyway.
+    // Earlier ones have priority: rare events come first, the deadline is met in any case.
     let test = shared.bus_test.wait();
     match select5(restart, test, bus.receive(), asked, deadline).await {
-        // A sensor that is starting needs its time, however often it is asked.
+        // A sensor that is starting is not restarted again.
         Either5::First(()) if driver.state() == SensorState::Starting => {}
         Either5::First(()) => driver.restart(),
         Either5::Second(()) => shared.bus_tested.signal(bus.loop_back().await),
@@ -110,7 +109,7 @@ async fn bus_off<M: RawMutex>(
 ) {
     shared.update_status(|status| {
         status.bus_offs = status.bus_offs.saturating_add(1);
-        // No telegram need wait for a sample.
+        // So that no telegram waits for a sample.
         status.sensor = Some(SensorState::Failed(SensorFault::NoAnswer));
     });
     if *recoveries >= BUS_OFF_RETRIES {

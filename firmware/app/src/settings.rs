@@ -13,8 +13,7 @@ use softdock_link::can::ati::{AtiConfig, AtiDriver};
 use softdock_link::can::sri::{SriConfig, SriDriver};
 use softdock_link::rsi::{Name, TagError, Tags};
 
-/// Longest element name that may be configured, and a little more so that a longer one can be
-/// told from it.
+/// Capacity for element names: slightly more than the longest allowed, so that a longer one is recognised.
 const NAME_BYTES: usize = 32;
 
 /// The word for a robot of any address.
@@ -117,7 +116,7 @@ fn text(of: &str) -> Text {
     Text::try_from(of).unwrap_or_default()
 }
 
-/// What is wrong with the settings of a board.
+/// Errors of a board's settings.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum BoardSettingsError {
     /// A number is outside of its range.
@@ -246,7 +245,7 @@ impl RsiSettings {
         Ok(tags)
     }
 
-    /// Whether it is said who the robot is, or that anybody may be it.
+    /// Whether the settings identify the robot, or allow any sender.
     pub fn says_who_is_robot(&self) -> bool {
         !self.robot_ip.is_empty()
     }

@@ -1,4 +1,4 @@
-//! What the tasks share: the newest sample, the operator's commands, and the state for onlookers.
+//! State shared by the tasks: the newest sample, the operator's commands, and the state for display.
 
 use core::cell::Cell;
 use embassy_sync::blocking_mutex::Mutex;
@@ -30,11 +30,11 @@ pub struct LinkCounters {
     pub foreign: u32,
     /// Telegrams that were overtaken by a newer one before they could be answered.
     pub overtaken: u32,
-    /// Times that the robot began, or began anew.
+    /// Number of runs of the robot, including the first.
     pub runs: u32,
 }
 
-/// What the robot said of itself in its last telegram.
+/// Content of the robot's last telegram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LastTelegram {
     /// Its counter of late or rejected answers.
@@ -93,10 +93,10 @@ pub struct Status {
     pub can_losses: u32,
 }
 
-/// Of the state, what is told of as soon as it happens.
+/// A change of state that is reported at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Change {
-    /// The robot sends telegrams, or it does no more.
+    /// The robot sends telegrams, or has fallen silent.
     Connected(bool),
     /// Another mode.
     Mode(Mode),
@@ -109,7 +109,7 @@ pub enum Change {
 }
 
 impl Status {
-    /// What has changed since.
+    /// The changes since `last`.
     pub fn changes_since(&self, last: &Self) -> impl Iterator<Item = Change> + use<> {
         let fault = self.fault.filter(|_| self.fault != last.fault);
         let refusal = self.refusal.filter(|_| self.refusal != last.refusal);
@@ -125,25 +125,25 @@ impl Status {
     }
 }
 
-/// How the board itself is, see [`softdock_link::service::Machine`].
+/// State of the board itself, see [`softdock_link::service::Machine`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MachineState {
-    /// What ended the run before.
+    /// Cause of the last reset.
     pub reset: &'static str,
     /// The stack of a microcontroller.
     pub stack: Option<StackUse>,
     /// The Ethernet of a microcontroller.
     pub ethernet: Option<EthernetHealth>,
-    /// From a telegram to its answer.
+    /// Times from a telegram to its answer.
     pub answers: AnswerTimes,
-    /// What the inputs are like.
+    /// Statistics of the inputs.
     pub inputs: InputStatistics,
     /// Cycles of the processor for an answer.
     pub work: Option<Work>,
 }
 
 impl MachineState {
-    /// In the words of service and telemetry.
+    /// In the types of service and telemetry.
     pub fn told(&self) -> Machine {
         Machine {
             reset: Word::try_from(self.reset).unwrap_or_default(),
@@ -179,7 +179,7 @@ pub struct Shared<M: RawMutex> {
     sample: Mutex<M, Cell<SensorSample>>,
     status: Mutex<M, Cell<Status>>,
     machine: Mutex<M, Cell<MachineState>>,
-    /// LEDs that a test has lit, and until when, µs.
+    /// LEDs that a test has lit, and the end of the test, µs.
     leds: Mutex<M, Cell<Option<(Leds, u64)>>>,
     /// Raised with each new sample.
     pub(crate) fresh: Signal<M, ()>,
@@ -189,7 +189,7 @@ pub struct Shared<M: RawMutex> {
     pub(crate) restart_sensor: Signal<M, ()>,
     /// Raised when the sensor's task shall test its bus.
     pub(crate) bus_test: Signal<M, ()>,
-    /// What came of it.
+    /// Result of the test.
     pub(crate) bus_tested: Signal<M, Option<LoopBack>>,
     /// The operator's commands; each cycle takes one. A new RSI run drops those that wait: what
     /// was asked for while no robot was there must not move it when it comes.
@@ -229,7 +229,7 @@ impl<M: RawMutex> Shared<M> {
         self.fresh.signal(());
     }
 
-    /// Says that the board is about to start over, or that it is not after all.
+    /// Sets or clears that the board is about to restart.
     pub fn set_restarting(&self, restarting: bool) {
         self.update_status(|status| status.restarting = restarting);
     }
@@ -239,12 +239,12 @@ impl<M: RawMutex> Shared<M> {
         self.status.lock(Cell::get)
     }
 
-    /// How the board itself is.
+    /// State of the board itself.
     pub fn machine(&self) -> MachineState {
         self.machine.lock(Cell::get)
     }
 
-    /// Tells how the board itself is.
+    /// Updates the state of the board itself.
     pub fn update_machine(&self, change: impl FnOnce(&mut MachineState)) {
         self.machine.lock(|cell| {
             let mut machine = cell.get();
@@ -253,7 +253,7 @@ impl<M: RawMutex> Shared<M> {
         });
     }
 
-    /// Lights these LEDs until then, µs; none: they say what they have to.
+    /// Lights these LEDs until the given time, µs; `None`: they show the state again.
     pub(crate) fn light(&self, leds: Option<(Leds, u64)>) {
         self.leds.lock(|cell| cell.set(leds));
     }

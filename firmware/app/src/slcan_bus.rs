@@ -1,5 +1,5 @@
-//! A CAN bus behind a serial line: the board is an SLCAN adapter, and what the client on the other
-//! end puts on the bus is the bus. For boards without a CAN controller, and for tests.
+//! A CAN bus behind a serial line: the board is an SLCAN adapter, and the client at the other end plays the bus. For boards
+//! without a CAN controller, and for tests.
 
 use crate::board::{IoError, SensorBus};
 use embassy_futures::select::{Either, select};
@@ -45,7 +45,7 @@ impl<R: Read, W: Write> SlcanBus<R, W> {
             self.seen += 1;
             let output = &mut self.output;
             let event = self.adapter.push(*byte, &mut |reply| {
-                // A client that does not read its replies does without them.
+                // Replies that a client does not read are dropped.
                 let _ = queue(output, reply);
             });
             if let Some(SlcanEvent::Frame(frame)) = event {
@@ -55,8 +55,8 @@ impl<R: Read, W: Write> SlcanBus<R, W> {
         None
     }
 
-    /// Reads what has come; writes what waits at the same time, and first, so that a flood from
-    /// the client does not keep the answers waiting.
+    /// Reads input and writes pending output at the same time; writing has priority, so that a flood from the client does not
+    /// delay the answers.
     async fn exchange(&mut self) -> Result<(), IoError> {
         let mut bytes = [0; INPUT_BYTES];
         let read = self.reader.read(&mut bytes);
@@ -80,7 +80,7 @@ impl<R: Read, W: Write> SlcanBus<R, W> {
         Ok(())
     }
 
-    /// Forgets bytes that are on their way.
+    /// Removes bytes that were written.
     fn written(&mut self, length: usize) {
         for _ in 0..length {
             self.output.pop_front();
@@ -94,7 +94,7 @@ impl<R: Read, W: Write> SensorBus for SlcanBus<R, W> {
     async fn send(&mut self, frame: &Frame) -> Result<(), IoError> {
         let mut line = Vec::<u8, MAX_LINE_BYTES>::new();
         if self.adapter.encode(frame, &mut line).is_err() {
-            // Nobody on the bus: the frame is not acknowledged, which the driver's timeout tells.
+            // With a closed channel the frame is not acknowledged, which the driver's timeout reports.
             return Ok(());
         }
         while !queue(&mut self.output, &line) {
@@ -119,7 +119,7 @@ impl<R: Read, W: Write> SensorBus for SlcanBus<R, W> {
     }
 }
 
-/// Appends a line if there is room for all of it: half a line would spoil the next one.
+/// Appends a line if there is room for all of it, as half a line would corrupt the next one. Returns whether it was appended.
 fn queue(output: &mut Deque<u8, OUTPUT_BYTES>, line: &[u8]) -> bool {
     let room = output.capacity() - output.len() >= line.len();
     if room {

@@ -5,13 +5,12 @@
 //! RecordQueue --slots--> encode: postcard, parts --datagrams--> transmit: UDP
 //! ```
 //!
-//! The cycle never waits. What it pays is bounded: [`RecordQueue`] copies one record (about 1.3 kB)
-//! into a free slot and takes two short locks, in which nothing but indices is read and written;
-//! with no free slot it counts and returns. That happens after the robot has its answer; estimated,
-//! not measured, it takes a few µs at 480 MHz. All else happens in two tasks that may run at a lower
-//! priority: [`encode`] makes datagrams, [`transmit`] hands them to the network's stack. They may
-//! live on two executors. If the network is slow, `transmit` waits for it, `encode` for `transmit`,
-//! the slots fill up, and what has no room is counted there, in one place, and told to the recorder.
+//! The cycle never waits. Its cost is bounded: [`RecordQueue`] copies one record (about 1.3 kB) into a free slot and takes two
+//! short locks, in which only indices are read and written; without a free slot it counts and returns. That happens after the
+//! robot has its answer; it takes a few µs at 480 MHz (estimated, not measured). All else happens in two tasks that may run at a
+//! lower priority: [`encode`] makes datagrams, [`transmit`] hands them to the network stack. They may run on two executors. If
+//! the network is slow, `transmit` waits for it, `encode` for `transmit`, and the slots fill up; records without room are counted
+//! in one place, and the count is sent to the recorder.
 //!
 //! A message is a record or the announcement. It travels in one or more datagrams
 //! ([`Part`] has the layout), each small enough for an Ethernet frame. Datagrams are

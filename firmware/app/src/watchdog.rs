@@ -1,9 +1,8 @@
 //! Whether the hardware watchdog may be fed.
 //!
-//! It is fed by completed work alone: the executor of the control cycle has gone round, and while
-//! the robot sends, its telegrams have been dealt with. The task that asks runs at the lower
-//! priority, so that it has gone round as well when it asks. A timer interrupt that feeds would
-//! keep a board alive that does nothing else.
+//! It is fed by completed work alone: the executor of the control cycle has completed a round, and the robot's telegrams, if it
+//! sends any, have been handled. The task that feeds runs at the lower priority, so that it shows to be running as well. Feeding
+//! from a timer interrupt would keep a board alive that does nothing else.
 
 use crate::board::Clock;
 use crate::shared::{Shared, Status};
@@ -17,7 +16,7 @@ const FEED_PERIOD_US: u64 = 100_000;
 /// within which a robot at its slowest commissioning speed moves a few millimetres.
 pub const RESET_AFTER_US: u32 = 350_000;
 
-/// Feeds the hardware as long as work is completed, for ever; to be awaited below the control cycle.
+/// Feeds the hardware as long as work is completed, forever; to be awaited at a lower priority than the control cycle.
 pub async fn supervise<M: RawMutex>(
     shared: &Shared<M>,
     clock: &impl Clock,
@@ -45,7 +44,7 @@ impl Heartbeat {
         Self(AtomicU32::new(0))
     }
 
-    /// Beats for ever; to be awaited in the executor of the control cycle.
+    /// Counts rounds forever; to be awaited in the executor of the control cycle.
     pub async fn run(&self, clock: &impl Clock) -> ! {
         let mut next_us = clock.now_us();
         loop {
@@ -65,7 +64,7 @@ impl Heartbeat {
     }
 }
 
-/// Remembers what had been done when the watchdog was fed last.
+/// State of the work when the watchdog was fed last.
 #[derive(Clone, Copy, Debug, Default)]
 struct Supervisor {
     beats: u32,
@@ -92,7 +91,7 @@ impl Supervisor {
     }
 }
 
-/// Telegrams that have been dealt with in any way.
+/// Number of telegrams that have been handled in any way.
 fn telegrams(status: &Status) -> u64 {
     let link = &status.link;
     let others = [

@@ -5,7 +5,7 @@ use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::signal::Signal;
 use softdock_link::ethercat::Exchange;
 
-/// Between the bus and the segment. A newer request takes the place of one that nobody has begun.
+/// Connects the bus and the segment. A newer request replaces one that has not been begun.
 pub(super) struct Wire {
     pub(super) request: Signal<NoopRawMutex, Exchange>,
     pub(super) answer: Signal<NoopRawMutex, Exchange>,
@@ -40,7 +40,7 @@ impl SensorBus for Bus<'_> {
         Ok(self.0.answer.wait().await)
     }
 
-    /// It never goes off: the driver asks for a start-up.
+    /// It never goes off: the driver asks for a start-up instead.
     async fn recover(&mut self) -> Result<(), IoError> {
         Ok(())
     }

@@ -43,7 +43,7 @@ pub async fn run<M: RawMutex>(
     clock: &impl Clock,
 ) {
     let Ok((transmitter, receiver, pdu_loop)) = frames.try_split() else {
-        // They are in use; a caller that keeps to the contract never gets here.
+        // They are in use, which a caller must not do.
         return;
     };
     let main_device = MainDevice::new(pdu_loop, segment::TIMEOUTS, segment::CONFIG);

@@ -13,7 +13,7 @@ impl<D: Driver> EthernetPort for DriverPort<D> {
         context: &mut Context<'_>,
         buffer: &mut [u8],
     ) -> Poll<Result<usize, IoError>> {
-        // No network stack asks after this link, and a PHY is told what to offer when its link is looked at.
+        // No network stack polls this link, and the PHY is configured when its link is polled.
         self.0.link_state(context);
         let Some((frame, _)) = self.0.receive(context) else {
             return Poll::Pending;

@@ -9,7 +9,7 @@ use softdock_link::ethercat::InFlight;
 
 /// Longest frame, without its checksum.
 const FRAME_BYTES: usize = 1514;
-/// Most frames that are looked at in one turn, so that a flood cannot keep the other tasks waiting for ever.
+/// Most frames that are handled in one turn, so that a flood cannot keep the other tasks waiting forever.
 const MOST_QUEUED: usize = 16;
 
 /// Runs until the port is closed.
@@ -27,7 +27,7 @@ pub(super) async fn run(
                 Poll::Ready(Ok(length)) => {
                     let frame = buffer.get(..length).unwrap_or_default();
                     if in_flight.returned(frame) {
-                        // What it does not want has come too late.
+                        // A frame that it refuses has come too late.
                         let _ = receiver.receive_frame(frame);
                     }
                 }
@@ -45,7 +45,7 @@ pub(super) async fn run(
     .await;
 }
 
-/// Hands over what is to be sent; what has no room stays, and the port wakes the task.
+/// Hands over frames to be sent; those without room stay, and the port wakes the task.
 fn send(
     transmitter: &mut PduTx<'_>,
     port: &mut impl EthernetPort,

@@ -13,8 +13,8 @@ use ethercrab::{
 use softdock_link::ethercat::{Exchange, INPUT_BYTES, OUTPUT_BYTES, Product, Setup, StartUp};
 use softdock_link::sensor::SensorFault;
 
-/// For the start-up, which takes about 200 frames: a frame may be lost, or late on a busy computer, without all of it
-/// being in vain. Exchanges have a bound of their own.
+/// For the start-up, which takes about 200 frames: a single frame may be lost, or late on a busy computer, without failing it.
+/// Exchanges have their own timeout.
 pub(super) const TIMEOUTS: Timeouts = Timeouts {
     state_transition: Duration::from_secs(1),
     pdu: Duration::from_millis(10),
@@ -37,7 +37,7 @@ const OP_TICK_US: u64 = 1_000;
 
 /// Room for SubDevices; ethercrab asks for a power of two beyond one.
 const SUBDEVICES: usize = 2;
-/// Room for process data: more than the sensor's, so that another size is told from it.
+/// Room for process data: more than the sensor's, so that a wrong size is noticed.
 const PROCESS_DATA_BYTES: usize = 128;
 
 type Group<State> = SubDeviceGroup<SUBDEVICES, PROCESS_DATA_BYTES, ethercrab::DefaultLock, State>;
@@ -143,7 +143,7 @@ async fn start_up(
     let group = group.map_err(|error| fault(error, StartUp::SafeOp))?;
     let group = group.request_into_op(main_device).await;
     let group = group.map_err(|error| fault(error, StartUp::Op))?;
-    // Many a SubDevice takes outputs first. The caller's patience bounds this.
+    // Many SubDevices need outputs before they enter OP. The caller's timeout bounds this loop.
     loop {
         let response = group.tx_rx(main_device).await;
         let response = response.map_err(|error| fault(error, StartUp::Op))?;
@@ -154,7 +154,7 @@ async fn start_up(
     }
 }
 
-/// Looks that there is one SubDevice: ethercrab's discovery is not made for a segment that it does not expect.
+/// Checks that there is exactly one SubDevice, as ethercrab's discovery is not made for other segments.
 async fn alone(main_device: &MainDevice<'_>) -> Result<(), SensorFault> {
     let counted = Command::brd(RegisterAddress::Type.into())
         .with_wkc(1)

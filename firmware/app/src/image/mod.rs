@@ -24,7 +24,7 @@ use crate::settings::{BoardSettings, BoardSettingsError};
 /// First bytes of a block.
 pub const MAGIC: [u8; 4] = *b"SDK1";
 
-/// First bytes of a block that does not count by itself: see [`crate::store`].
+/// First bytes of a block that needs a confirmation to count: see [`crate::store`].
 pub const MAGIC_ON_TRIAL: [u8; 4] = *b"SDT1";
 
 /// Longest block, bytes: the settings take about 1.4 kB.
@@ -97,7 +97,7 @@ impl Image {
         encode(MAGIC, self.sequence, &self.settings, out)
     }
 
-    /// Writes a block that does not count by itself.
+    /// Writes a block that needs a confirmation to count.
     pub(crate) fn encode_on_trial(
         sequence: u32,
         settings: &BoardSettings,
@@ -106,12 +106,12 @@ impl Image {
         encode(MAGIC_ON_TRIAL, sequence, settings, out)
     }
 
-    /// Reads a block at the start of `bytes`; what follows it is not looked at.
+    /// Reads a block at the start of `bytes`; bytes after it are ignored.
     pub fn decode(bytes: &[u8]) -> Result<Self, ImageError> {
         decode(MAGIC, bytes)
     }
 
-    /// Reads a block that does not count by itself.
+    /// Reads a block that needs a confirmation to count.
     pub(crate) fn decode_on_trial(bytes: &[u8]) -> Result<Self, ImageError> {
         decode(MAGIC_ON_TRIAL, bytes)
     }

@@ -1,4 +1,4 @@
-//! Two places for settings, so that one of them is whole while the other is written.
+//! Two places for settings, so that one of them is intact while the other is written.
 
 use super::{Image, ImageError};
 
@@ -21,13 +21,13 @@ impl Slot {
     }
 }
 
-/// The newer of the usable blocks in the two places, and where it lies; why neither can be used
-/// otherwise: the damage rather than the absence. Sequences count round: 0 is newer than [`u32::MAX`].
+/// The newer of the usable blocks in the two places, and its place. If neither can be used, the error of one: rather a damage
+/// than an absence. Sequences wrap: 0 is newer than [`u32::MAX`].
 pub fn newest(a: &[u8], b: &[u8]) -> Result<(Image, Slot), ImageError> {
     newest_of(Image::decode(a), Image::decode(b))
 }
 
-/// The same of blocks that were read.
+/// The same for decoded blocks.
 pub(crate) fn newest_of(
     a: Result<Image, ImageError>,
     b: Result<Image, ImageError>,
@@ -41,7 +41,7 @@ pub(crate) fn newest_of(
     }
 }
 
-/// Whether `this` comes after `other` when counting round.
+/// Whether `this` comes after `other`, with wrapping.
 fn newer(this: u32, other: u32) -> bool {
     this != other && this.wrapping_sub(other) <= u32::MAX / 2
 }

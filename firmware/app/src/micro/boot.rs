@@ -1,4 +1,4 @@
-//! The start of the firmware and the log's first lines: who this is, and with which settings.
+//! The start of the firmware, and the first lines of the log: identity and settings.
 
 use super::SHARED;
 use super::identity::Identity;
@@ -9,19 +9,19 @@ use crate::store::{Boot, Origin, Store, TRIAL_BYTES, Trial};
 use defmt::{Display2Format, error, info, warn};
 use embedded_storage_async::nor_flash::NorFlash;
 
-/// What a start knows of the run before.
+/// Information of a start on the run before.
 #[derive(Clone, Copy, Debug)]
 pub struct Before<'a> {
-    /// The message of a panic or of a fault, if the firmware did not start over by itself.
+    /// The message of a panic or of a fault; `None` if there was neither.
     pub crash: Option<&'a str>,
-    /// What it handed over, or anything after power-up.
+    /// Bytes that it handed over; arbitrary after power-up.
     pub retained: [u8; TRIAL_BYTES],
-    /// What ended it, by the chip.
+    /// What ended it, as the chip reports.
     pub reset: &'static str,
 }
 
-/// Reads the settings to start with, and logs who this is, why it starts, and with which settings;
-/// once. `number` differs from start to start. Reading flash must not wait for anything.
+/// Reads the settings to start with, and logs identity, cause of the start, and settings. `None` if called more than once.
+/// `number` differs from start to start. Reading flash must not wait for anything.
 pub fn boot<F: NorFlash>(
     identity: &Identity,
     store: &'static mut Store<F>,
@@ -77,7 +77,7 @@ pub fn report_unusable() {
     error!("settings passed their checks, but cannot be used: nothing was started");
 }
 
-/// Logs that robot and sensor may come. A launcher waits for this line.
+/// Logs that the board is ready for robot and sensor. A launcher waits for this line.
 pub fn report_ready() {
     info!("ready");
 }

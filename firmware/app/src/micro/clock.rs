@@ -13,13 +13,13 @@ impl Clock for UptimeClock {
         Instant::now().as_micros()
     }
 
-    /// That of the DWT, which stands while the processor sleeps.
+    /// The counter of the DWT, which stands while the processor sleeps.
     fn processor_cycles(&self) -> Option<u32> {
         DWT::cycle_counter_enabled().then(DWT::cycle_count)
     }
 
     async fn wait_until(&self, at_us: u64) {
-        // `Timer` would be asked to ring in 584,942 years.
+        // A `Timer` would be set to 584,942 years.
         if at_us == u64::MAX {
             core::future::pending::<()>().await;
         }

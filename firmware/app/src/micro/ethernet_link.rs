@@ -1,4 +1,4 @@
-//! The link of an Ethernet controller, for the network's stack and for onlookers.
+//! The link of an Ethernet controller, for the network stack and for the shared state.
 
 use super::SHARED;
 use crate::phy::{Management, PhyMonitor};
@@ -8,7 +8,7 @@ use core::task::Context;
 use embassy_time::{Instant, Timer};
 use softdock_link::service::EthernetHealth;
 
-/// A PHY, which is looked at when it is time to.
+/// A PHY that is polled at intervals.
 pub struct EthernetLink<B> {
     phy: B,
     monitor: PhyMonitor,
@@ -16,7 +16,7 @@ pub struct EthernetLink<B> {
 }
 
 impl<B: Management> EthernetLink<B> {
-    /// The PHY on a management bus; onlookers are told if it is that of the robot's network.
+    /// The PHY on a management bus; `told`: its state is published, as it is that of the robot's network.
     pub fn new(phy: B, told: bool) -> Self {
         Self {
             phy,
@@ -30,13 +30,13 @@ impl<B: Management> EthernetLink<B> {
         self.monitor.reset(&mut self.phy);
     }
 
-    /// Whether there is a link. The task of `context` is woken for the next look.
+    /// Whether there is a link. Wakes the task of `context` for the next check.
     pub fn is_up(&mut self, context: &mut Context<'_>) -> bool {
         let before = self.monitor;
         let up = self
             .monitor
             .is_up(&mut self.phy, Instant::now().as_micros());
-        // Who is woken asks again; the timer only has to ring.
+        // The woken task calls this again; the timer only has to fire.
         let next = Instant::from_micros(self.monitor.next_us());
         let _ = pin!(Timer::at(next)).poll(context);
         if self.told && self.monitor != before {
@@ -47,7 +47,7 @@ impl<B: Management> EthernetLink<B> {
     }
 }
 
-/// Tells the onlookers.
+/// Publishes a change of the Ethernet's health.
 pub fn tell(change: impl FnOnce(&mut EthernetHealth)) {
     SHARED.update_machine(|machine| {
         change(machine.ethernet.get_or_insert_default());

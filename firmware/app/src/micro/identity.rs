@@ -1,9 +1,9 @@
-//! Who the firmware is.
+//! Identity of the firmware.
 
 use crate::processor::Processor;
 use core::fmt;
 
-/// Who the firmware is.
+/// Identity of the firmware.
 #[derive(Clone, Copy, Debug)]
 pub struct Identity {
     /// Version of the firmware.
@@ -12,7 +12,7 @@ pub struct Identity {
     pub git: &'static str,
     /// Board and chip.
     pub board: &'static str,
-    /// What it can compute.
+    /// What its processor can compute.
     pub processor: Processor,
 }
 

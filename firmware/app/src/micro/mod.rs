@@ -3,9 +3,8 @@
 //! [`start`], which puts network, robot and telemetry together; [`boot`] and [`monitor`] for the log.
 //! A board adds its clocks, pins and drivers, and the tasks that name their types.
 //!
-//! The log is defmt's: the board sends numbers, the text stays in the ELF file, and the host puts
-//! them together. Nothing of the control cycle writes a log; a task of low priority looks at the
-//! shared state instead.
+//! The log is defmt's: the board sends numbers, the texts stay in the ELF file, and the host combines them. Nothing of the
+//! control cycle writes to the log; a task of low priority watches the shared state instead.
 
 pub mod boot;
 pub mod clock;

@@ -1,5 +1,5 @@
-//! The monitor: logs changes of the shared state. It runs below the control cycle, which writes no
-//! log itself. It also looks how deep the stack has been.
+//! The monitor: logs changes of the shared state. It runs at a lower priority than the control cycle, which writes no log itself.
+//! It also checks the depth of the stack.
 
 use super::SHARED;
 use super::clock::UptimeClock;
@@ -9,17 +9,16 @@ use defmt::{Debug2Format, Display2Format, error, info, warn};
 use softdock_link::sensor::SensorCounters;
 use softdock_link::service::StackUse;
 
-/// How often it is looked at the stack, µs: to find the end of the paint takes 0.2 ms.
+/// Period of the check of the stack, µs: finding the end of the paint takes 0.2 ms.
 const STACK_PERIOD_US: u64 = 1_000_000;
 /// Share of the stack above which its depth is worth a line, %.
 const STACK_ALARM: u32 = 80;
 /// How often the state is compared, µs.
 const PERIOD_US: u64 = 50_000;
-/// Least time between two lines of the link's counters, µs: a flood of bad telegrams must not
-/// become a flood of lines.
+/// Shortest time between two lines of the link's counters, µs: a flood of bad telegrams must not flood the log.
 const LINK_PERIOD_US: u64 = 1_000_000;
-/// Least time between two lines of the sensor's counters, µs. They rise all the time while no
-/// sensor is connected, which the sensor's state says already.
+/// Shortest time between two lines of the sensor's counters, µs. They rise continuously without a sensor, which the sensor's
+/// state reports already.
 const SENSOR_PERIOD_US: u64 = 10_000_000;
 
 /// Logs changes of mode, faults, refused commands, robot, sensor and counters for ever; for the
@@ -27,7 +26,7 @@ const SENSOR_PERIOD_US: u64 = 10_000_000;
 #[embassy_executor::task]
 pub async fn monitor() -> ! {
     let (shared, clock) = (&SHARED, &UptimeClock);
-    // From the state at boot on: a quick start is a change as well.
+    // Starts from the state at boot, so that a quick start is logged as a change.
     let mut last = Status::default();
     let mut link = Counted::new(LINK_PERIOD_US, LinkCounters::default());
     let mut sensor = Counted::new(SENSOR_PERIOD_US, (SensorCounters::default(), 0, 0));
@@ -42,7 +41,7 @@ pub async fn monitor() -> ! {
         now.changes_since(&last).for_each(report);
         let robot_left = last.connected && !now.connected;
         last = now;
-        // Cycles are counted while all is well; they are logged with the others.
+        // Cycles increase in normal operation; they are logged together with the others.
         let troubles = LinkCounters {
             cycles: 0,
             ..now.link
@@ -58,7 +57,7 @@ pub async fn monitor() -> ! {
     }
 }
 
-/// The stack is painted at reset; what is left of the paint has never been used.
+/// The stack is painted at reset; intact paint shows memory that was never used.
 fn look_at_stack() {
     let available = cortex_m_stack::stack_size();
     let now = StackUse {

@@ -11,15 +11,15 @@ use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::NorFlash;
 use static_cell::{ConstStaticCell, StaticCell};
 
-/// What the service needs, from the start of the board on.
+/// State of the service from the start of the board on.
 pub struct Prepared<F: 'static> {
     session: &'static mut Session,
     store: &'static mut Store<F>,
     block: &'static mut Block,
 }
 
-/// Reads the settings to start with, once; none if it was done before. `number` differs from start to
-/// start, `crash` is the message of the run before. Reading flash must not wait for anything.
+/// Reads the settings to start with; `None` if called more than once. `number` differs from start to start, `crash` is the
+/// message of the run before. Reading flash must not wait for anything.
 pub(super) fn prepare<F: NorFlash>(
     store: &'static mut Store<F>,
     trial: Option<Trial>,
@@ -47,9 +47,8 @@ pub(super) fn prepare<F: NorFlash>(
     Some((boot, prepared))
 }
 
-/// Runs the service on a line until the board is to start over; with settings on trial if there are
-/// any. `hang` is called if it is to hang instead. To be awaited below everything else: it formats texts
-/// and writes flash.
+/// Runs the service on a line until the board is to restart. Returns the settings on trial, if any. `hang` is called if the board
+/// is to hang instead. Must run at the lowest priority, as it formats texts and writes flash.
 pub async fn serve<F: NorFlash>(
     prepared: Prepared<F>,
     reader: impl embedded_io_async::Read,
@@ -68,12 +67,12 @@ pub async fn serve<F: NorFlash>(
         block,
     };
     let end = service.run(reader, writer, &UptimeClock).await;
-    // The last answer is still on the line.
+    // The last answer is still being sent.
     embassy_time::Timer::after_millis(LINE_MS).await;
     match end {
         End::Restart(trial) => trial,
         End::Hang => hang(),
-        // A board's line is never gone.
+        // A board's line is never closed.
         End::Closed => core::future::pending().await,
     }
 }

@@ -1,4 +1,4 @@
-//! A network driver that notes when the robot's telegrams leave it.
+//! A network driver that records when the robot's telegrams leave it.
 
 use super::clock::UptimeClock;
 use crate::arrivals::{Arrivals, udp_sender};
@@ -7,7 +7,7 @@ use core::task::Context;
 use embassy_net::driver::{Capabilities, Driver, HardwareAddress, LinkState, RxToken};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 
-/// When they came.
+/// Times of the robot's telegrams.
 pub(super) static ARRIVALS: Arrivals<CriticalSectionRawMutex> = Arrivals::new();
 
 /// A driver, and the robot's UDP port.

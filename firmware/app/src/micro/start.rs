@@ -1,4 +1,4 @@
-//! Puts network, control cycle and telemetry of a microcontroller together, and spawns tasks.
+//! Assembles network, control cycle and telemetry of a microcontroller, and spawns tasks.
 
 use super::SHARED;
 use super::identity::Identity;
@@ -34,7 +34,7 @@ pub struct Spawners {
     pub service: SendSpawner,
 }
 
-/// What differs from board to board and from start to start.
+/// Options that differ between boards and between starts.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
     /// Who the firmware is.
@@ -48,12 +48,11 @@ pub struct Options {
 /// The robot task of a microcontroller.
 pub type RobotTask<S> = crate::robot::RobotTask<'static, CriticalSectionRawMutex, S>;
 
-/// Where the robot task is kept.
+/// Memory of the robot task.
 pub type RobotCell<S> = StaticCell<RobotTask<S>>;
 
-/// Builds the robot task where it is kept, once; none if the settings may not be used. With its law it
-/// takes 24 kB, and building it twice as much of the stack: to be called at boot, while nothing else
-/// is on it.
+/// Builds the robot task in its memory; `None` if called more than once or if the settings may not be used. With its law it takes
+/// 24 kB, and building it twice as much stack: to be called at boot, while nothing else is on the stack.
 #[inline(never)]
 pub fn build_robot<S: Scalar>(
     settings: &BoardSettings,
@@ -76,9 +75,8 @@ pub type NetworkRunner<D> = Runner<'static, Stamped<D>>;
 /// What the robot task runs on: its socket, and its end of the telemetry if there is a recorder.
 pub type Io = (UdpPort, Option<Queue>);
 
-/// Puts together what the settings ask for on a network driver, and spawns the telemetry's tasks if
-/// there is a recorder; once. The caller, a task of the control executor, whose `spawner` is given,
-/// spawns the rest. None if the settings may not be used.
+/// Assembles what the settings ask for on a network driver, and spawns the telemetry's tasks if there is a recorder; once. The
+/// caller, a task of the control executor (`spawner`), spawns the rest. `None` if the settings may not be used.
 pub fn assemble<D: Driver>(
     settings: &BoardSettings,
     driver: D,

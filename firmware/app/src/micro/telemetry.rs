@@ -44,8 +44,7 @@ pub(super) struct Transmitter {
     recorder: SocketAddr,
 }
 
-/// Makes everything ready, once; none if it was done before, or the settings may not be used.
-/// `port` is the board's own.
+/// Prepares everything; `None` if called more than once, or if the settings may not be used. `port` is the board's own.
 pub(super) fn prepare(
     stack: Stack<'static>,
     port: u16,
@@ -86,7 +85,7 @@ pub(super) fn prepare(
     Some((RecordQueue::new(records), encoder, transmitter))
 }
 
-/// Makes datagrams of records for ever; for the executor of what may wait.
+/// Encodes records into datagrams forever; for the executor of background tasks.
 #[embassy_executor::task]
 pub(super) async fn encoder_task(encoder: Encoder) {
     let announcement = Announcement {

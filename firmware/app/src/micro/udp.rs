@@ -75,8 +75,7 @@ impl DatagramSocket for UdpPort {
     async fn receive(&mut self, buffer: &mut [u8]) -> Result<(usize, SocketAddr), IoError> {
         match self.0.recv_from(buffer).await {
             Ok((length, metadata)) => Ok((length, sender(metadata))),
-            // `TELEGRAM_BYTES` hold every datagram of an Ethernet frame; fragments are not put
-            // together.
+            // `TELEGRAM_BYTES` holds every datagram of an Ethernet frame; fragments are not reassembled.
             Err(_) => Err(IoError::Lost),
         }
     }
@@ -92,8 +91,8 @@ impl DatagramSocket for UdpPort {
         ARRIVALS.newest_us(sender)
     }
 
-    /// An answer that would have to wait for room would come too late, and the robot's task must not wait for an address
-    /// that nobody has.
+    /// Never waits: an answer that has to wait for room would come too late, and the robot's task must not wait for an address
+    /// that cannot be resolved.
     async fn send(&mut self, datagram: &[u8], to: SocketAddr) -> Result<(), IoError> {
         match poll_once(send(&self.0, datagram, to)) {
             Poll::Ready(sent) => sent,

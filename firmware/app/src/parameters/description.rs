@@ -1,4 +1,4 @@
-//! What the settings mean: the doc comments of their fields.
+//! Descriptions of the settings: the doc comments of their fields.
 
 use crate::settings::{BoardSettings, CanSettings, EtherCatSettings, NetworkSettings, RsiSettings};
 use softdock_control::delay::DelaySettings;

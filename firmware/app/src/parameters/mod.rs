@@ -1,10 +1,9 @@
 //! Every setting of a board by its name: list, get and set, with unit, range and description.
 //!
-//! Nothing here lists the settings a second time. Names, forms and order come from the types
-//! themselves, in the way of `schema`: [`BoardSettings`] is read from its own bytes by a
-//! deserializer that keeps count of the names (`walk`). Descriptions are the doc comments of the
-//! fields (`description`), units the ends of their names (`unit`), and ranges what
-//! [`BoardSettings::validate`] says to a value that it cannot allow (`range`).
+//! No list repeats the settings here. Names, types and order come from the types themselves, as in `schema`: [`BoardSettings`] is
+//! read from its own bytes by a deserializer that follows the names (`walk`). Descriptions are the doc comments of the fields
+//! (`description`), units the ends of their names (`unit`), and ranges come from the error of [`BoardSettings::validate`] for a
+//! value beyond any range (`range`).
 //!
 //! An array or a matrix of numbers is one setting.
 
@@ -41,7 +40,7 @@ pub fn count() -> u16 {
         .unwrap_or_default()
 }
 
-/// Gives `take` the setting with this number, from 0; what it makes of it. None behind the last one.
+/// Calls `take` with the setting of this number, from 0, and returns its result. `None` beyond the last one.
 pub fn with_entry<R>(
     settings: &BoardSettings,
     index: u16,
@@ -69,7 +68,7 @@ pub fn with_entry<R>(
     Some(take(entry))
 }
 
-/// Gives `take` the value of a setting.
+/// Calls `take` with the value of a setting, and returns its result.
 ///
 /// # Errors
 /// There is no such setting.
@@ -85,7 +84,7 @@ pub fn get<R>(
         .ok_or(Refusal::UnknownName)
 }
 
-/// Changes a setting. Ranges are not looked at: what has to fit together may change one by one.
+/// Changes a setting. Ranges are not checked, as settings that depend on each other change one by one.
 ///
 /// # Errors
 /// There is no such setting, or it takes another kind of value; the settings are as they were.
@@ -93,7 +92,7 @@ pub fn set(settings: &mut BoardSettings, path: &str, value: &Value<'_>) -> Resul
     let bytes = bytes_of(settings).ok_or(Refusal::Unreadable)?;
     let leaf = found(&bytes, Wanted::Path(path)).ok_or(Refusal::UnknownName)?;
     let new = encode(value, leaf.kind)?;
-    // Only a text can be refused here: it is longer than its place.
+    // Only a text can be refused here, if it is too long.
     *settings = with_bytes(&bytes, &leaf, &new).ok_or(Refusal::UnknownWord)?;
     Ok(())
 }
@@ -102,7 +101,7 @@ fn found(bytes: &[u8], wanted: Wanted<'_>) -> Option<Leaf> {
     find::<BoardSettings>(bytes, wanted).ok().flatten()
 }
 
-/// The settings with other bytes in the place of a leaf's.
+/// The settings with the bytes of a leaf replaced.
 fn with_bytes(bytes: &Bytes, leaf: &Leaf, new: &[u8]) -> Option<BoardSettings> {
     let mut changed = Bytes::new();
     changed
@@ -136,7 +135,7 @@ fn value_of<'a>(leaf: &Leaf, bytes: &'a [u8]) -> Option<Value<'a>> {
     })
 }
 
-/// A value as it stands in the bytes of the settings.
+/// A value as encoded in the settings.
 fn encode(value: &Value<'_>, kind: Kind) -> Result<Vec<u8, VALUE_BYTES>, Refusal> {
     let mut bytes = Vec::new();
     let _ = bytes.resize_default(VALUE_BYTES);
@@ -155,7 +154,7 @@ fn encode(value: &Value<'_>, kind: Kind) -> Result<Vec<u8, VALUE_BYTES>, Refusal
         (Kind::Array { rows, columns }, Value::Array(numbers))
             if numbers.len() == usize::from(rows) * usize::from(columns) =>
         {
-            // Without a length in front, as an array's is known.
+            // Without a length prefix, as the length of an array is fixed.
             let all = numbers.iter().flat_map(|number| number.to_le_bytes());
             return Ok(all.collect());
         }
@@ -179,7 +178,7 @@ impl Kind {
     }
 }
 
-/// Bytes of whole numbers of each width.
+/// Encoding of whole numbers of each width.
 macro_rules! widths {
     ($($width:ident $type:ty,)+) => {
         impl Width {

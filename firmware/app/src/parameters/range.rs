@@ -1,4 +1,4 @@
-//! The range of a setting, from what its validation says to values that it cannot allow.
+//! The range of a setting, from the validation error for a value beyond it.
 
 use super::walk::{Kind, Leaf, Width};
 use super::{Bytes, encode, value_of, with_bytes};
@@ -6,13 +6,13 @@ use crate::settings::BoardSettingsError;
 use softdock_control::range::SettingsError;
 use softdock_link::service::Value;
 
-/// No real setting allows it.
+/// A value that no real setting allows.
 const BEYOND_ALL: f64 = 1e300;
-/// Validation of the control settings leaves their place in the whole out of its names.
+/// Prefix of the control settings, which their validation leaves out of names.
 const CONTROL: &str = "control.";
 
-/// Smallest and largest value beside the other settings of these bytes; none if it takes no numbers,
-/// or its validation says nothing of them.
+/// Smallest and largest value, given the other settings in these bytes; `None` if it takes no numbers, or its validation does not
+/// bound them.
 pub(super) fn of(leaf: &Leaf, bytes: &Bytes) -> Option<(f64, f64)> {
     match leaf.kind {
         Kind::Flag | Kind::Word(_) | Kind::Text => None,
@@ -28,7 +28,7 @@ pub(super) fn of(leaf: &Leaf, bytes: &Bytes) -> Option<(f64, f64)> {
     }
 }
 
-/// Where validation says nothing, every number of the type is allowed.
+/// If validation gives no bound, every number of the type is allowed.
 fn whole(leaf: &Leaf, bytes: &Bytes, width: Width) -> (f64, f64) {
     let (low, high) = width.limits();
     let beyond = |number| refused(leaf, bytes, &Value::Whole(number));

@@ -2,7 +2,7 @@ use super::*;
 use proptest::prelude::*;
 use softdock_link::service::PAYLOAD_MAX_BYTES;
 
-/// What a test keeps of an entry.
+/// The parts of an entry that a test compares.
 #[derive(Clone, Debug, PartialEq)]
 struct Kept {
     path: String,
@@ -48,7 +48,7 @@ fn settings_are_told_with_unit_range_and_meaning() {
     let inertia = named("control.body_k.inertia_kg_m2");
     assert_eq!((inertia.form, inertia.unit.as_str()), (matrix, "kg·m²"));
     assert_eq!(named("can.base_id").range, Some((0.0, 127.0)));
-    // The type is all that bounds it.
+    // Only the type bounds it.
     let late = named("control.robot.late_answers_fault");
     assert_eq!(late.range, Some((0.0, f64::from(u32::MAX))));
 }
@@ -103,7 +103,7 @@ fn every_entry_fits_into_a_frame_and_the_settings_into_their_room() {
     assert!(with_entry(&settings, count(), |_| ()).is_none());
 }
 
-/// Whatever a setting holds is read, and written back it is the same.
+/// Each value can be read, and written back without a change.
 #[test]
 fn what_is_got_can_be_set_again() {
     let mut settings = BoardSettings::default();

@@ -1,6 +1,6 @@
 //! The unit of a setting, from the end of its name.
 
-/// Ends of names with their units, longer ones before those that they end with.
+/// Name suffixes with their units; a longer suffix precedes a shorter one in which it ends.
 const ENDS: &[(&str, &str)] = &[
     ("_rad_s2", "rad/s²"),
     ("_mm_s2", "mm/s²"),
@@ -27,7 +27,7 @@ const ENDS: &[(&str, &str)] = &[
     ("bias", "N, N·m"),
 ];
 
-/// The unit; empty: none.
+/// The unit; empty if there is none.
 pub(super) fn of(field: &str) -> &'static str {
     ENDS.iter()
         .find(|(end, _)| field.ends_with(end))

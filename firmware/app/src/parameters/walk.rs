@@ -1,4 +1,4 @@
-//! Reads settings from their bytes in postcard's format and keeps count of the names on the way.
+//! Reads settings from their bytes in postcard's format and tracks their names on the way.
 
 use core::ops::Range;
 use heapless::String;
@@ -11,7 +11,7 @@ use serde::forward_to_deserialize_any;
 /// Longest path, bytes.
 const PATH_BYTES: usize = 96;
 
-/// A kind of value that cannot be a setting.
+/// Error for a kind of value that cannot be a setting.
 pub(super) const NO_SETTING: Error = Error::WontImplement;
 
 /// Names from the outermost struct to a field, with dots in between.
@@ -30,7 +30,7 @@ pub(super) enum Width {
     I64,
 }
 
-/// What a setting holds.
+/// Type of a setting's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Flag,
@@ -58,14 +58,14 @@ pub(super) struct Leaf {
     pub(super) field: &'static str,
 }
 
-/// Which setting is looked for.
+/// The setting to be found.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Wanted<'a> {
     Index(u16),
     Path(&'a str),
 }
 
-/// The setting that is looked for in the bytes of a `T`, if there is one.
+/// The wanted setting in the bytes of a `T`, if there is one.
 ///
 /// # Errors
 /// The bytes are not those of a `T`, or it holds something that is no setting.
@@ -98,7 +98,7 @@ struct Walk<'a> {
     path: Path,
     owner: &'static str,
     field: &'static str,
-    /// Within an array: numbers in its rows, 0 while that is not known.
+    /// Within an array: numbers per row, 0 while unknown.
     array: Option<u8>,
     found: Option<Leaf>,
 }
@@ -126,7 +126,7 @@ impl<'a> Walk<'a> {
         Ok(value)
     }
 
-    /// A setting ends here that began at `start`.
+    /// Called at the end of a setting that began at `start`.
     fn leaf(&mut self, kind: Kind, start: usize) {
         let wanted = match self.wanted {
             Wanted::Index(index) => index == self.index,
@@ -256,7 +256,7 @@ impl<'de> de::Deserializer<'de> for &mut Walk<'_> {
         visitor: V,
     ) -> Result<V::Value, Error> {
         let index: u32 = self.single(Kind::Word(variants))?;
-        // Its variants hold nothing further.
+        // Variants have no fields.
         visitor.visit_enum(U32Deserializer::new(index))
     }
 

@@ -1,4 +1,4 @@
-//! The last lines of what happened on the board.
+//! The last lines of the board's log.
 
 use core::fmt::{Arguments, Write};
 use heapless::{Deque, String, Vec};
@@ -7,7 +7,7 @@ use softdock_link::service::{LINE_BYTES, LINES_MAX, LogLine};
 /// Lines that are kept.
 const KEPT: usize = 16;
 
-/// A log; the oldest line makes room.
+/// A log; when full, the oldest line is dropped.
 #[derive(Debug, Default)]
 pub struct Log {
     lines: Deque<LogLine, KEPT>,
@@ -23,7 +23,7 @@ impl Log {
         }
     }
 
-    /// Adds a line; what is too long is cut off.
+    /// Adds a line; a longer text is cut off.
     pub fn add(&mut self, at_us: u64, text: Arguments<'_>) {
         let mut line = Cut(String::new());
         let _ = line.write_fmt(text);
@@ -49,7 +49,7 @@ impl Log {
     }
 }
 
-/// Takes what there is room for.
+/// A text that is cut off at its capacity.
 struct Cut(String<LINE_BYTES>);
 
 impl Write for Cut {

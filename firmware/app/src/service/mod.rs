@@ -1,13 +1,12 @@
-//! The parameter service: whoever is connected to the board's serial line lists, reads and changes
-//! its settings, sees its state, and gives an operator's commands.
+//! The parameter service: a host on the board's serial line lists, reads and changes settings, reads the board's state, and gives
+//! an operator's commands.
 //!
-//! [`Session`] decides; it is fed frames and gives frames. [`Service::run`] is the task around it, with the
-//! line, the flash and the clock. It runs below everything else on a board, and nothing of the
-//! control cycle ever waits for it: it looks at the shared state under short locks, and puts
-//! commands into the queue from which each cycle takes one.
+//! [`Session`] decides; it takes frames and returns frames. [`Service::run`] is the task around it, with line, flash and clock.
+//! It runs at the lowest priority of a board, and the control cycle never waits for it: it reads the shared state under short
+//! locks, and puts commands into the queue from which each cycle takes one.
 //!
-//! Settings take effect when the board starts over, for everything that was built from them is built
-//! anew then. The task ends for that; how a board starts over is its own.
+//! Settings take effect when the board restarts, as everything built from them is then built anew. The task ends for that; how a
+//! board restarts depends on the board.
 
 mod log;
 mod session;
@@ -25,10 +24,10 @@ use embedded_io_async::{Read, Write};
 use embedded_storage_async::nor_flash::NorFlash;
 use softdock_link::service::{FrameReader, LAMPS_S, Refusal, SelfTest};
 
-/// How often the task looks after the log and the time of a trial, µs.
+/// Period of the check of log and trial, µs.
 const PERIOD_US: u64 = 50_000;
-/// Longest time for an answer on the line, µs: 1 kB takes 0.1 s at 115,200 bit/s. A host that does
-/// not read must not keep a trial from its end.
+/// Longest time for an answer on the line, µs: 1 kB takes 0.1 s at 115,200 bit/s. A host that does not read must not delay the
+/// end of a trial.
 const WRITE_US: u64 = 2_000_000;
 /// Longest time for the sensor's task to test its bus, µs: nine frames of 2 ms at worst.
 const BUS_TEST_US: u64 = 200_000;
@@ -50,7 +49,7 @@ pub enum End {
 pub struct Service<'a, M: RawMutex, F> {
     /// State shared with the other tasks.
     pub shared: &'a Shared<M>,
-    /// What it knows.
+    /// Its state.
     pub session: &'a mut Session,
     /// The settings in flash.
     pub store: &'a mut Store<F>,
@@ -115,8 +114,8 @@ impl<M: RawMutex, F: NorFlash> Service<'_, M, F> {
         }
     }
 
-    /// Does what takes flash or the other tasks; the session has the answer then. Some: the service
-    /// ends with it. Nothing of it is ever dropped half-way.
+    /// Carries out a job that needs flash or the other tasks; the session then has the answer. `Some`: the service ends with it.
+    /// It is never cancelled half-way.
     async fn carry_out(&mut self, job: Job, clock: &impl Clock) -> Option<End> {
         match job {
             Job::Operator(command) => {
@@ -175,8 +174,8 @@ impl<M: RawMutex, F: NorFlash> Service<'_, M, F> {
         }
     }
 
-    /// Whether the robot rests, and goes on to: it takes no command from here on that could begin a motion, and one that it
-    /// took before shows after a cycle. If not, it takes commands again.
+    /// Whether the robot rests, and stays at rest: from here on it takes no command that could begin a motion, and the effect of
+    /// an earlier one shows after a cycle. If it moves, commands are taken again.
     async fn holds_still(&mut self, clock: &impl Clock) -> bool {
         self.shared.set_restarting(true);
         clock.wait_until(clock.now_us() + PERIOD_US).await;
@@ -203,7 +202,7 @@ impl<M: RawMutex, F: NorFlash> Service<'_, M, F> {
             .store
             .write(draft, &origin, confirm_within_s, self.block)
             .await;
-        // A motion that began before that shows by now: writing takes longer than a cycle.
+        // A motion that began before shows by now: writing takes longer than a cycle.
         let now = self.now(clock);
         match written {
             Ok(trial) if !self.session.moves(&now) => {
@@ -224,7 +223,7 @@ impl<M: RawMutex, F: NorFlash> Service<'_, M, F> {
     }
 }
 
-/// Sequence of settings that count for good or are on trial; 0 for defaults.
+/// Sequence number of settings that are kept or on trial; 0 for defaults.
 pub fn sequence(origin: &Origin) -> u32 {
     match origin {
         Origin::Flash { sequence, .. } => *sequence,

@@ -1,4 +1,4 @@
-//! State and counters of a board in the words of the service.
+//! State and counters of a board in the types of the service.
 
 use super::Now;
 use crate::shared;
@@ -6,7 +6,7 @@ use core::fmt::{Debug, Write};
 use softdock_control::modes::Command;
 use softdock_link::service::{Counters, Health, RobotHealth, SensorHealth, Word};
 
-/// The name of a variant; one that is too long is cut off.
+/// The name of a variant, cut off at its capacity.
 pub(super) fn word(value: impl Debug) -> Word {
     let mut word = Word::new();
     let _ = write!(word, "{value:?}");

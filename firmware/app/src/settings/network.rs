@@ -32,7 +32,7 @@ pub struct Network {
     pub gateway: Option<Ipv4Addr>,
     /// UDP port that takes the robot's telegrams.
     pub rsi_port: u16,
-    /// Who gets each cycle.
+    /// Recorder that gets each cycle.
     pub recorder: Option<SocketAddrV4>,
 }
 

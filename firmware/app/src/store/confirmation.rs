@@ -1,4 +1,4 @@
-//! The word behind a block that was on trial: it is to be kept.
+//! The word after a block on trial that confirms it.
 //!
 //! | bytes | what |
 //! |---|---|
@@ -11,8 +11,8 @@
 
 use crate::checksum::CHECKSUM;
 
-/// The least that the STM32H7's flash writes at once, and only once between two erasures (RM0433,
-/// 4.3.9); other flash writes less, and can write this as well.
+/// The smallest unit that the STM32H7's flash writes at once, and only once between two erasures (RM0433, 4.3.9); other flash
+/// writes smaller units, and can write this one as well.
 pub const WORD_BYTES: usize = 32;
 
 const MAGIC: [u8; 4] = *b"SDOK";

@@ -1,18 +1,17 @@
-//! The settings in flash: two slots, of which one is whole at every time.
+//! The settings in flash: two slots, of which one is intact at any time.
 //!
-//! A set of settings is kept in two steps. [`Store::write`] puts it **on trial** into the slot that
-//! is not in use and reads it back; the firmware starts over and uses it. [`Store::confirm`] keeps it
-//! by a word behind the block. Until then the block counts only for the one start whose [`Trial`]
-//! was handed over in memory; it does not outlive a loss of power, so whatever happens before the
-//! confirmation, the next start but one has the old set.
+//! A set of settings is stored in two steps. [`Store::write`] puts it **on trial** into the slot that is not in use and reads it
+//! back; the firmware restarts with it. [`Store::confirm`] keeps it by a word after the block. Until then the block counts only
+//! for the one start whose [`Trial`] was handed over in memory, which does not survive a loss of power. Without a confirmation,
+//! the second start at the latest uses the old set, whatever happens.
 //!
 //! | offset in a slot | what |
 //! |---|---|
 //! | 0 | a block of [`crate::image`], by itself ("SDK1") or on trial ("SDT1") |
 //! | [`IMAGE_MAX_BYTES`] | the word (`confirmation`) that keeps a block on trial |
 //!
-//! A block and its word cannot be taken for something else when an erasure or a write was cut off:
-//! both have checksums, and the word names its block's.
+//! An interrupted erasure or write cannot be mistaken for a block or its word: both have checksums, and the word contains that of
+//! its block.
 
 mod confirmation;
 mod slot;
@@ -31,7 +30,7 @@ use embedded_storage_async::nor_flash::NorFlash;
 /// Room for a block.
 pub type Block = [u8; IMAGE_MAX_BYTES];
 
-/// Where settings came from at boot.
+/// Origin of the settings at boot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Origin {
     /// From flash, for good.
@@ -43,7 +42,7 @@ pub enum Origin {
     },
     /// From flash, on trial.
     Trial(Trial),
-    /// There are none that can be used: the firmware's defaults.
+    /// The firmware's defaults, as there are no usable settings.
     Defaults(ImageError),
 }
 
@@ -93,7 +92,7 @@ impl<F: NorFlash> Store<F> {
         }
     }
 
-    /// The newer of the kept sets, or why there is none: the damage rather than the absence.
+    /// The newer of the kept sets; else an error, rather a damage than an absence.
     async fn newest(&mut self, block: &mut Block) -> Result<(Image, Slot), ImageError> {
         let a = self.slots.kept(Slot::A, block).await;
         let b = self.slots.kept(Slot::B, block).await;
@@ -125,8 +124,8 @@ impl<F: NorFlash> Store<F> {
         })
     }
 
-    /// The slot to write when neither can be used: one without a block or with one that nobody has kept, so that settings
-    /// of another firmware stay for it.
+    /// The slot to write when neither can be used: one without a block or with an unconfirmed one, so that settings of another
+    /// firmware are preserved for it.
     async fn free(&mut self, block: &mut Block) -> Slot {
         match self.slots.kept(Slot::A, block).await {
             Err(ImageError::Absent | ImageError::NotConfirmed) => Slot::A,
@@ -134,7 +133,7 @@ impl<F: NorFlash> Store<F> {
         }
     }
 
-    /// Keeps the settings that are on trial: where they come from now.
+    /// Keeps the settings that are on trial. Returns their new origin.
     ///
     /// # Errors
     /// Their block is not there any more, or the flash cannot be written.
@@ -152,7 +151,7 @@ impl<F: NorFlash> Store<F> {
         })
     }
 
-    /// What is in the two slots: the number of the set that is kept, or why there is none.
+    /// Content of the two slots: the number of the kept set, or why there is none.
     pub async fn slots(&mut self, block: &mut Block) -> [Result<u32, ImageError>; 2] {
         let a = self.slots.kept(Slot::A, block).await;
         let b = self.slots.kept(Slot::B, block).await;

@@ -6,7 +6,7 @@ use crate::image::{IMAGE_MAX_BYTES, Image, ImageError, Slot, checksum};
 use crate::settings::BoardSettings;
 use embedded_storage_async::nor_flash::{NorFlash, NorFlashError, NorFlashErrorKind};
 
-/// Where the word of a block lies in its slot.
+/// Offset of the confirming word in its slot.
 const WORD_OFFSET: u32 = IMAGE_MAX_BYTES as u32;
 
 /// Why settings are not written or kept.
@@ -15,10 +15,10 @@ pub enum StoreError {
     /// They may not be used, or are not there any more.
     #[error("{0}")]
     Image(ImageError),
-    /// The flash does not do what it is told.
+    /// The flash reports an error.
     #[error("{0}")]
     Flash(NorFlashErrorKind),
-    /// What was written does not come back.
+    /// The data read back differ from those written.
     #[error("what was written does not come back")]
     ReadBack,
     /// Other settings are on trial.
@@ -54,8 +54,8 @@ impl<F: NorFlash> Slots<F> {
         }
     }
 
-    /// Reads the start of a slot. Words that cannot be read, because they were torn, are zeros:
-    /// their block is damaged.
+    /// Reads the start of a slot. Words that cannot be read, because writing them was interrupted, are set to zero, so that their
+    /// block is damaged.
     async fn read(&mut self, slot: Slot, block: &mut Block) {
         let mut at = self.start(slot);
         for word in block.chunks_mut(WORD_BYTES) {
@@ -66,7 +66,7 @@ impl<F: NorFlash> Slots<F> {
         }
     }
 
-    /// The settings of a slot if they are kept, by their own nature or by the word behind them.
+    /// The settings of a slot if they are kept: by the type of their block or by the word after it.
     pub(super) async fn kept(
         &mut self,
         slot: Slot,
@@ -108,7 +108,7 @@ impl<F: NorFlash> Slots<F> {
         }
     }
 
-    /// Writes a block on trial and reads it back; its checksum.
+    /// Writes a block on trial and reads it back. Returns its checksum.
     pub(super) async fn write(
         &mut self,
         slot: Slot,

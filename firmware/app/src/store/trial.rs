@@ -1,4 +1,4 @@
-//! Settings on trial, as they are handed over from one start to the next.
+//! Settings on trial, as handed over from one start to the next.
 
 use crate::checksum::CHECKSUM;
 use crate::image::Slot;
@@ -7,21 +7,21 @@ use crate::image::Slot;
 pub const TRIAL_BYTES: usize = 16;
 const BODY_BYTES: usize = TRIAL_BYTES - 4;
 
-/// Settings that were written and not kept yet.
+/// Settings that were written and not confirmed yet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Trial {
-    /// Where they lie.
+    /// Their slot.
     pub slot: Slot,
     /// Number of the set.
     pub sequence: u32,
     /// Checksum of their block.
     pub checksum: u32,
-    /// Time to keep them from the start on, s.
+    /// Time within which they have to be confirmed, from the start on, s.
     pub confirm_within_s: u16,
 }
 
 impl Trial {
-    /// Bytes for memory that outlives a reset.
+    /// Bytes for memory that survives a reset.
     pub fn encode(&self) -> [u8; TRIAL_BYTES] {
         let [s0, s1, s2, s3] = self.sequence.to_le_bytes();
         let [c0, c1, c2, c3] = self.checksum.to_le_bytes();
@@ -35,7 +35,7 @@ impl Trial {
         ]
     }
 
-    /// Reads what [`Self::encode`] wrote. After power-up such memory holds anything: that is none.
+    /// Reads the bytes of [`Self::encode`]. `None` if they are invalid, as after power-up.
     pub fn decode(bytes: &[u8; TRIAL_BYTES]) -> Option<Self> {
         let &[_, slot, s0, s1, s2, s3, c0, c1, c2, c3, t0, t1, ..] = bytes;
         let trial = Self {

@@ -1,22 +1,21 @@
-//! Flash memory that is read and written by words, as the two slots of a store.
+//! Flash memory that is read and written in words, as the two slots of a store.
 
 use super::WORD_BYTES;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 
-/// What the two slots need of a board's memory: offsets are in bytes from the first slot on, and
-/// within the slots.
+/// Access to a board's memory for the two slots. Offsets are in bytes from the first slot on, and stay within the slots.
 #[allow(
     async_fn_in_trait,
     reason = "one executor, one thread: no Send is needed"
 )]
 pub trait FlashWords {
-    /// Size of a slot, bytes; what is erased at once.
+    /// Size of a slot, bytes; the unit of erasure.
     const SLOT_BYTES: usize;
 
     /// Reads a word.
     ///
     /// # Errors
-    /// Its check code is wrong, for its writing was cut off.
+    /// Its check code is wrong, as after an interrupted write.
     fn read_word(&mut self, offset: usize) -> Result<[u8; WORD_BYTES], NorFlashErrorKind>;
 
     /// Writes a word, once between two erasures.
@@ -46,7 +45,7 @@ impl<W: FlashWords> WordFlash<W> {
         Self(words)
     }
 
-    /// Offsets of the units of `size` bytes that an access of `length` bytes takes.
+    /// Offsets of the units of `size` bytes that an access of `length` bytes covers.
     fn units(
         &self,
         offset: u32,

@@ -19,14 +19,14 @@ pub const DATAGRAM_MAX_BYTES: usize = HEADER_BYTES + PAYLOAD_MAX_BYTES + CHECKSU
 /// A datagram as bytes.
 pub type Datagram = heapless::Vec<u8, DATAGRAM_MAX_BYTES>;
 
-/// What a message is.
+/// Kind of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// The record of a cycle.
     Record,
     /// Settings and identity of the board.
     Announcement,
-    /// How the board itself is ([`Machine`](softdock_link::service::Machine)).
+    /// State of the board itself ([`Machine`](softdock_link::service::Machine)).
     Machine,
 }
 
@@ -71,7 +71,7 @@ pub struct Part<'a> {
 /// Why a datagram is not a part of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DatagramError {
-    /// It does not begin with the magic: it is somebody else's.
+    /// It does not begin with the magic bytes: it comes from another program.
     #[error("not a datagram of softdock's telemetry")]
     Foreign,
     /// A firmware with another layout sent it.
@@ -101,7 +101,7 @@ pub enum DatagramError {
         /// Written in it.
         received: u32,
     },
-    /// Its kind or its part numbers are none.
+    /// Its kind or its part numbers are invalid.
     #[error("a datagram with a kind or part number that is none")]
     Header,
 }

@@ -1,4 +1,4 @@
-//! What the messages hold, in postcard's format.
+//! Content of the messages, in postcard's format.
 
 use super::datagram::PAYLOAD_MAX_BYTES;
 use crate::record::CycleRecord;
@@ -13,7 +13,7 @@ pub fn schema() -> u32 {
     crate::schema::of::<CycleRecord>().unwrap_or_default()
 }
 
-/// Who is sending, with what settings: enough to replay the records.
+/// Identity and settings of the sender: enough to replay the records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Announcement<'a> {
     /// The settings as a block ([`Image`](crate::image::Image)).
@@ -44,14 +44,14 @@ pub fn read_record(message: &[u8]) -> Result<CycleRecord, MessageError> {
     read(message)
 }
 
-/// Reads how the board itself is.
+/// Reads the state of the board itself.
 pub fn read_machine(message: &[u8]) -> Result<Machine, MessageError> {
     read(message)
 }
 
 impl<'a> Announcement<'a> {
-    /// Reads an announcement. Its settings are still to be decoded: a firmware with other settings
-    /// can tell its name nevertheless.
+    /// Reads an announcement. Its settings are still encoded, so that the identity of a firmware with other settings can be read
+    /// nevertheless.
     pub fn read(message: &'a [u8]) -> Result<Self, MessageError> {
         read(message)
     }

@@ -10,13 +10,13 @@ use embassy_sync::zerocopy_channel::Sender;
 /// bridge 24 ms, a process 1000.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Slot {
-    /// The record; none ends the stream.
+    /// The record; `None` ends the stream.
     pub(super) record: Option<CycleRecord>,
     /// Records that had no room since boot, when this one was taken.
     pub(super) lost: u32,
 }
 
-/// The cycle's end of the telemetry. See [the module](super) for what it costs the cycle.
+/// The control cycle's end of the telemetry. See [the module](super) for its cost.
 #[derive(Debug)]
 pub struct RecordQueue<'a, M: RawMutex> {
     slots: Sender<'a, M, Slot>,
@@ -29,9 +29,8 @@ impl<'a, M: RawMutex> RecordQueue<'a, M> {
         Self { slots, lost: 0 }
     }
 
-    /// Ends the stream: the tasks send what waits, announce the board a last time, so that the
-    /// recorder notices a loss of the last records too, and return. For boards that have an end:
-    /// a process has, a microcontroller has not.
+    /// Ends the stream: the tasks send waiting records, announce the board a last time, so that the recorder also notices a loss
+    /// of the last records, and return. For boards whose run ends: a process does, a microcontroller does not.
     pub async fn close(mut self) {
         *self.slots.send().await = Slot {
             record: None,

@@ -31,7 +31,7 @@ impl Stream {
         }
     }
 
-    /// Tells the recorder, from the next message on, how many records had no room since boot.
+    /// Sets the number of records without room since boot, which the recorder gets from the next message on.
     pub fn set_lost(&mut self, lost: u32) {
         self.lost = lost;
     }
@@ -49,7 +49,7 @@ impl Stream {
         self.message(Kind::Announcement, announcement)
     }
 
-    /// The datagrams of how the board itself is.
+    /// The datagrams of the state of the board itself.
     pub fn machine(&mut self, machine: &Machine) -> Result<Parts<'_>, MessageError> {
         self.message(Kind::Machine, machine)
     }

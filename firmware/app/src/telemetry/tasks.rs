@@ -15,12 +15,11 @@ use softdock_link::service::Machine;
 /// settings.
 pub const ANNOUNCE_PERIOD_US: u64 = 1_000_000;
 
-/// Makes datagrams of the records, and announces the board at once and in every
-/// [`ANNOUNCE_PERIOD_US`], together with what `machine` tells of it. Runs until [`RecordQueue::close`](super::RecordQueue::close).
+/// Encodes records into datagrams, and sends the announcement at once and every [`ANNOUNCE_PERIOD_US`], together with the state
+/// of the board from `machine`. Runs until [`RecordQueue::close`](super::RecordQueue::close).
 ///
-/// Between two waits it computes what a record takes: postcard's bytes and the checksum of 1.2 kB
-/// (estimated, not measured: less than 100 µs at 480 MHz). So it belongs on an executor of a lower
-/// priority than the robot's.
+/// Between two waits it encodes a record: postcard's bytes and the checksum of 1.2 kB (estimated, not measured: less than 100 µs
+/// at 480 MHz). So it belongs on an executor of a lower priority than the robot's.
 pub async fn encode<M: RawMutex>(
     mut slots: Receiver<'_, M, Slot>,
     mut datagrams: Sender<'_, M, Datagram>,
@@ -77,7 +76,7 @@ pub async fn transmit<M: RawMutex>(
     loop {
         let datagram = datagrams.receive().await;
         if datagram.is_empty() {
-            // The encoder's last word.
+            // The encoder has ended the stream.
             return;
         }
         let sent = socket.send(datagram, recorder).await;

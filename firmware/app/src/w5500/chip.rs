@@ -8,17 +8,17 @@ use embedded_hal_async::spi::{Operation, SpiDevice};
 const HEADER_BYTES: usize = 3;
 /// Length of a frame before the frame, itself included.
 const LENGTH_BYTES: u16 = 2;
-/// Shortest that can be one: addresses and type.
+/// Shortest valid frame: addresses and type.
 const SHORTEST_FRAME: u16 = 14;
-/// Memory for frames that came, and as much for those to be sent.
+/// Memory for received frames, and as much for those to be sent.
 pub(super) const MEMORY_BYTES: u16 = 16 << 10;
-/// More than this waits in a flood only: of a robot's telegrams it would be 100 ms.
+/// Only a flood leaves more than this waiting: it would be 100 ms of a robot's telegrams.
 const FLOODED_BYTES: u16 = MEMORY_BYTES / 4 * 3;
-/// Times that a length is read until it stays as it is.
+/// Maximum number of reads of a length until it is stable.
 const READS: usize = 3;
 const SOCKETS: u8 = 8;
 
-/// What is exchanged with the chip, where the bus's DMA can reach it.
+/// Data exchanged with the chip, in memory that the bus's DMA can reach.
 pub type Buffer = [u8; HEADER_BYTES + FRAME_BYTES];
 
 /// A part of the chip's address space, by its number.
@@ -49,7 +49,7 @@ const RECEIVED_BYTES: Register = (SOCKET, 0x26);
 const RECEIVED_READ: Register = (SOCKET, 0x28);
 const INTERRUPT_MASK: Register = (SOCKET, 0x2C);
 
-/// The version that every W5500 tells.
+/// Version number that every W5500 reports.
 const W5500: u8 = 4;
 /// In [`PHY`].
 const LINKED: u8 = 1;
@@ -69,32 +69,32 @@ enum Command {
     Received = 0x40,
 }
 
-/// Why the chip did not do as it should.
+/// Why the chip did not behave as expected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Trouble {
-    /// The bus, or nobody answers on it, or it has forgotten what it was told.
+    /// The bus failed, the chip does not answer, or it has lost its configuration.
     NoAnswer,
-    /// What it says of a frame cannot be so.
+    /// Its information on a frame is inconsistent.
     OutOfStep,
 }
 
-/// What is waiting.
+/// What is waiting in the receive memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Received {
     Nothing,
-    /// A frame of so many bytes, which was taken.
+    /// A frame of this length, which was taken.
     Frame(usize),
-    /// So much that it is of no use any more.
+    /// So much that it is useless by now.
     Flood,
 }
 
-/// How it is.
+/// State of the chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Look {
     pub(super) link: bool,
-    /// It hands over frames.
+    /// Its socket is open for frames.
     pub(super) open: bool,
-    /// Where in its memory the first frame is that has not left; none: all have.
+    /// Address of the first frame in its memory that was not sent; `None`: all were.
     pub(super) unsent: Option<u16>,
 }
 
@@ -109,7 +109,7 @@ pub struct Chip<'b, S> {
 }
 
 impl<'b, S: SpiDevice> Chip<'b, S> {
-    /// With the hardware address that it shall have.
+    /// With the hardware address to be used.
     pub fn new(spi: S, buffer: &'b mut Buffer, address: [u8; 6]) -> Self {
         Self {
             spi,
@@ -120,7 +120,7 @@ impl<'b, S: SpiDevice> Chip<'b, S> {
         }
     }
 
-    /// Tells it everything and begins with empty memory, whatever was before.
+    /// Configures it completely and begins with empty memory, whatever its state was.
     pub(super) async fn open(&mut self) -> Result<(), Trouble> {
         if self.byte(VERSION).await? != W5500 {
             return Err(Trouble::NoAnswer);
@@ -167,7 +167,7 @@ impl<'b, S: SpiDevice> Chip<'b, S> {
         })
     }
 
-    /// The next frame that comes raises the interrupt again: to be called before it is looked what waits.
+    /// Clears the interrupt, so that the next frame raises it again: to be called before checking what waits.
     pub(super) async fn clear_interrupt(&mut self) -> Result<(), Trouble> {
         self.write(INTERRUPT, &[FRAME_CAME]).await
     }
@@ -194,7 +194,7 @@ impl<'b, S: SpiDevice> Chip<'b, S> {
         Ok(Received::Frame(length.into()))
     }
 
-    /// Bytes that wait; the chip may be about to change the number.
+    /// Number of waiting bytes, which the chip may be changing.
     async fn waiting(&mut self) -> Result<u16, Trouble> {
         let mut waiting = self.word(RECEIVED_BYTES).await?;
         for _ in 1..READS {
@@ -209,7 +209,7 @@ impl<'b, S: SpiDevice> Chip<'b, S> {
 
     /// Sends a frame, if there is room for it.
     pub(super) async fn send(&mut self, frame: &[u8]) -> Result<(), Trouble> {
-        // As long as an Ethernet frame at most.
+        // At most as long as an Ethernet frame.
         let length = frame.len() as u16;
         if self.word(SEND_FREE).await? < length {
             return Ok(());
@@ -247,7 +247,7 @@ impl<'b, S: SpiDevice> Chip<'b, S> {
         Ok(())
     }
 
-    /// One transaction in one piece: the clock of the bus must not rest in it for longer than need be.
+    /// One transaction without interruption: the clock of the bus must not rest in it longer than necessary.
     async fn exchange(
         &mut self,
         (block, offset): Register,

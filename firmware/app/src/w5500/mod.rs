@@ -1,7 +1,10 @@
 //! The robot's network on a WIZnet W5500, for `embassy-net`.
 //!
-//! Drivers of this chip are known to fall silent: it raises its interrupt when a frame comes, not while one waits, so that
-//! one frame for each interrupt piles them up until its memory is full and nothing comes any more (embassy #6456, Zephyr
+//! Drivers of this chip are known to fall silent, for two reasons. It raises its interrupt when a frame comes, not while one
+//! waits, so that taking one frame per interrupt piles them up until its memory is full and nothing comes any more (embassy
+//! #6456, Zephyr #119018). And an impossible length is taken for a valid one (embassy #5706, Zephyr #46684), which is why
+//! `embassy-net-wiznet` 0.3 is not used. Here all waiting frames are taken, an answer is sent between any two received frames,
+//! and every [`PERIOD_US`] the configuration of the chip is checked and restored if necessary.
 //! #119018); and a length that cannot be is taken for one (embassy #5706, Zephyr #46684), which is why
 //! `embassy-net-wiznet` 0.3 is not used. Here all that waits is taken, an answer goes out between any two frames that come in,
 //! and every [`PERIOD_US`] it is looked whether the chip is still as it was told to be. What is wrong is told to it again.
@@ -23,20 +26,20 @@ pub use chip::{Buffer, Chip};
 
 /// Longest frame without its checksum, bytes: header and payload.
 pub const FRAME_BYTES: usize = 1514;
-/// How often it is looked at, µs: the robot is answered again within 10 cycles of 4 ms.
+/// Period of the check, µs: the robot is answered again within 10 cycles of 4 ms.
 pub const PERIOD_US: u64 = 10_000;
 
-/// How the chip is.
+/// State of the chip.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Health {
-    /// It answers on its bus, and took what it was told.
+    /// It answers on its bus, and accepted its configuration.
     pub answers: bool,
     /// Its link, and how often it had to be brought back.
     pub ethernet: EthernetHealth,
 }
 
-/// Moves frames between chip and network for ever. `interrupt` waits until its pin is low, `tell` is called when its
-/// health has changed.
+/// Moves frames between chip and network forever. `interrupt` waits until its pin is low, `tell` is called when its health has
+/// changed.
 pub async fn run<S: SpiDevice>(
     chip: Chip<'_, S>,
     mut interrupt: impl AsyncFnMut(),
@@ -64,7 +67,7 @@ pub async fn run<S: SpiDevice>(
         }
         let answer = poll_fn(|context| to_send.poll_tx_buf(context).map(drop));
         let look = clock.wait_until(look_us);
-        // While frames wait for room in the network, or nobody answers, an interrupt tells nothing new.
+        // While frames wait for room in the network, or the chip does not answer, an interrupt gives no new information.
         match (port.waits, port.health.answers) {
             (true, _) => {
                 let room = poll_fn(|context| received.poll_rx_buf(context).map(drop));
@@ -82,15 +85,15 @@ pub async fn run<S: SpiDevice>(
     }
 }
 
-/// The chip, and what is known of it.
+/// The chip, and its known state.
 struct Port<'b, S> {
     chip: Chip<'b, S>,
     health: Health,
-    /// What the network was told of the link.
+    /// Link state as reported to the network.
     told_link: bool,
     /// Frames may wait in it.
     waits: bool,
-    /// The first frame that had not left at the last look.
+    /// Address of the first frame that was not sent at the last check.
     unsent: Option<u16>,
 }
 
@@ -105,7 +108,7 @@ impl<'b, S: SpiDevice> Port<'b, S> {
         }
     }
 
-    /// Looks at link and state. What waited for a link is too old when it comes, in both directions.
+    /// Checks link and configuration. Frames that waited for a link, in either direction, are dropped as too old.
     async fn look(&mut self, state: &StateRunner<'_>) {
         match self.chip.look().await {
             Err(_) => self.has_gone(),
@@ -139,7 +142,7 @@ impl<'b, S: SpiDevice> Port<'b, S> {
         self.told_link = ethernet.link;
     }
 
-    /// A frame leaves in 0.12 ms, if there is a link.
+    /// Whether the chip has to be configured again. With a link, a frame is sent within 0.12 ms.
     fn is_wrong(&self, look: &Look) -> bool {
         let stuck = look.link && look.unsent.is_some() && look.unsent == self.unsent;
         self.health.answers && (!look.open || stuck)
@@ -175,7 +178,7 @@ impl<'b, S: SpiDevice> Port<'b, S> {
         let Some(frame) = to_send.try_tx_buf() else {
             return;
         };
-        // Without a link it would leave when it is of no use any more.
+        // Without a link it would be sent when it is useless.
         if self.health.answers && self.health.ethernet.link {
             let sent = self.chip.send(frame).await;
             self.mind(sent).await;
@@ -183,7 +186,7 @@ impl<'b, S: SpiDevice> Port<'b, S> {
         to_send.tx_done();
     }
 
-    /// False: the network has no room for a frame.
+    /// Takes one frame, if any waits. `false`: the network has no room for it.
     async fn receive_one(&mut self, received: &mut RxRunner<'_, FRAME_BYTES>) -> bool {
         if !self.waits {
             return true;

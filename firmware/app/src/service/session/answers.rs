@@ -1,4 +1,4 @@
-//! How the board answers.
+//! The answers of the board.
 
 use super::{Now, Outcome, Session};
 use crate::image::ImageError;
@@ -43,7 +43,7 @@ impl Session {
         }
     }
 
-    /// The store has kept what was on trial, or not.
+    /// The result of keeping the settings on trial.
     pub fn confirmed(&mut self, kept: Result<Origin, StoreError>) {
         match kept {
             Ok(origin) => {
@@ -54,7 +54,7 @@ impl Session {
         }
     }
 
-    /// The store has the settings before those in use, or not.
+    /// The settings before those in use, if the store has them.
     pub fn previous(&mut self, previous: Option<BoardSettings>) {
         self.staged = None;
         match previous {
@@ -81,12 +81,12 @@ impl Session {
         let _ = self.say(&Answer::Slots(found.each_ref().map(slot)));
     }
 
-    /// How the board itself is.
+    /// State of the board itself.
     pub fn machine(&mut self, state: &MachineState) {
         let _ = self.say(&Answer::Machine(state.told()));
     }
 
-    /// What came of frames that a CAN controller sent to itself.
+    /// Result of the loop-back test of a CAN controller.
     pub fn loop_back(&mut self, outcome: Option<LoopBack>) {
         let _ = self.say(&Answer::LoopBack(outcome));
     }
@@ -117,7 +117,7 @@ impl Session {
         self.say(&Answer::Refused(refusal))
     }
 
-    /// Refuses a frame that is none of this conversation.
+    /// Refuses a frame that does not belong to this conversation.
     pub(super) fn refuse_aside(&mut self, refusal: Refusal) -> Outcome {
         let line = encode(self.header(), &Answer::Refused(refusal));
         self.send_aside(&line)
@@ -152,7 +152,7 @@ impl Session {
         Outcome::Answer
     }
 
-    /// The bytes of a short frame, which the tests show to have room.
+    /// Sends a short frame; tests show that it has room.
     pub(super) fn send_aside(&mut self, line: &[u8]) -> Outcome {
         let _ = self.aside.extend_from_slice(line);
         Outcome::Answer
@@ -169,7 +169,7 @@ impl Session {
     }
 }
 
-/// The bytes of a message; none if it is longer than a frame, which a test excludes.
+/// The bytes of a message; empty if it is longer than a frame, which a test excludes.
 pub(super) fn encode(
     header: Frame<'_>,
     message: &impl serde::Serialize,
@@ -182,7 +182,7 @@ pub(super) fn encode(
         .unwrap_or_default()
 }
 
-/// A sentence; what is too long is cut off.
+/// A sentence, cut off at its capacity.
 pub(super) fn text(value: impl core::fmt::Display) -> Text {
     let mut text = Text::new();
     let mut long = String::<400>::new();

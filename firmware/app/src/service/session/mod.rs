@@ -1,4 +1,4 @@
-//! The conversation: frame in, frame out.
+//! The conversation: takes frames and returns answers.
 
 mod answers;
 mod requests;
@@ -21,15 +21,15 @@ pub const IDENTITY_BYTES: usize = 160;
 /// Silence of the robot after which it does not move any more, µs: RSI stops by itself after its
 /// own time-out, some 100 ms.
 const SILENT_US: u64 = 2_000_000;
-/// Most numbers that a host may have skipped: requests that it gave up, and the board never heard. Small beside
-/// all 65,536, for another conversation begins anywhere among them.
+/// Most request numbers that a host may have skipped: requests that it gave up and the board never received. Small compared with
+/// 65,536, as another conversation begins at any number.
 pub(super) const AHEAD: u16 = 64;
 /// Room for a refusal or a hello on the line, bytes: a short frame.
 const ASIDE_BYTES: usize = 256;
 /// Longest part of an image in an answer: room is left for the message around it.
 const PART_BYTES: usize = PAYLOAD_MAX_BYTES - 32;
 
-/// What the board is like at an instant.
+/// State of the board at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Now {
     /// Time since boot, µs.
@@ -38,7 +38,7 @@ pub struct Now {
     pub status: Status,
 }
 
-/// What is to be done for a request, beyond answering.
+/// Work for a request, beyond answering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Job {
     /// Write the draft and start over.
@@ -62,14 +62,14 @@ pub enum Job {
     Operator(Command),
 }
 
-/// What came of a frame.
+/// Result of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outcome {
     /// It was not for a board.
     Ignore,
     /// [`Session::line`] has the answer.
     Answer,
-    /// It will have, when this is done.
+    /// [`Session::line`] will have it when this is done.
     Job(Job),
 }
 
@@ -83,7 +83,7 @@ pub struct Session {
     settings: BoardSettings,
     origin: Origin,
     draft: Option<BoardSettings>,
-    /// Bytes of a whole image that have come.
+    /// Bytes received so far of an image.
     staged: Option<u16>,
     log: Log,
     seen: Status,
@@ -95,13 +95,13 @@ pub struct Session {
     answered: Option<(u16, u32)>,
     /// Conversations that hosts have begun since boot.
     conversations: u32,
-    /// The newest number of a request of this one.
+    /// The newest request number of this conversation.
     newest: u16,
     /// Number of the request that is being answered.
     sequence: u16,
     line: Vec<u8, ENCODED_MAX_BYTES>,
-    /// What a frame is told that is none of this conversation, empty if the last one was: the answer in `line` is kept
-    /// for a host that asks again.
+    /// The answer to a frame that does not belong to this conversation, empty if the last one did: the answer in `line` is kept
+    /// for a host that repeats its request.
     aside: Vec<u8, ASIDE_BYTES>,
 }
 
@@ -150,7 +150,7 @@ impl Session {
         session
     }
 
-    /// What the board can compute, if not everything.
+    /// Sets the processor, if it cannot run every law.
     pub fn run_on(&mut self, processor: Processor) {
         self.processor = processor;
         if let Err(slow) = processor.accepts(&self.settings) {
@@ -192,7 +192,7 @@ impl Session {
         now.status.moves && !silent
     }
 
-    /// Whether the time of the trial is over; while the robot moves, it goes on.
+    /// Whether the time of the trial is over; it is prolonged while the robot moves.
     pub fn trial_is_over(&self, now: &Now) -> bool {
         self.trial_left_s(now) == Some(0) && !self.moves(now)
     }
@@ -205,7 +205,7 @@ impl Session {
         u16::try_from(left_us.div_ceil(1_000_000)).ok()
     }
 
-    /// Notes what has changed since the last look. To be called often.
+    /// Logs changes since the last call. To be called often.
     pub fn watch(&mut self, now: &Now) {
         if now.status.connected {
             self.heard_us = now.us;
@@ -233,8 +233,8 @@ impl Session {
         self.seen = now.status;
     }
 
-    /// A host says hello: its numbers begin anew, and what the one before has begun is given up. One that is in doubt
-    /// whether it was heard says it again, and may have both answers.
+    /// A host begins a conversation: request numbers restart, and drafts of the previous conversation are dropped. A host that
+    /// repeats its hello, because it may not have been received, may get both answers.
     fn begin_conversation(&mut self) {
         let said_again = self.answered.is_none() && self.newest == self.sequence;
         if said_again && self.conversations > 0 {
@@ -247,8 +247,8 @@ impl Session {
         self.staged = None;
     }
 
-    /// Number of this conversation: that of no other of this boot, and by a chance of 2⁻³² that of one of another; none
-    /// before the first hello.
+    /// Number of this conversation: different from all others of this boot, and with a probability of 1 − 2⁻³² from one of
+    /// another boot; `None` before the first hello.
     fn conversation(&self) -> Option<u32> {
         let mut number = CHECKSUM.digest();
         number.update(&self.boot.to_le_bytes());
@@ -256,14 +256,14 @@ impl Session {
         (self.conversations > 0).then(|| number.finalize())
     }
 
-    /// Whether a request's number is one of the next. A line may repeat old frames, and so may whoever has
-    /// recorded them; an old `Begin` would give up the draft.
+    /// Whether a request number is one of the next. Old frames may be repeated by the line or by someone who recorded them; an
+    /// old `Begin` would drop the draft.
     fn follows(&self, sequence: u16) -> bool {
         (1..=AHEAD).contains(&sequence.wrapping_sub(self.newest))
     }
 
-    /// Takes a frame. `block` is room for a whole image; between the parts of one that comes or goes
-    /// nobody else may use it, but what is put together of wrong parts is refused.
+    /// Takes in a frame. `block` is room for a whole image. Between the parts of an image nobody else may use it; an image of
+    /// mixed parts is refused by its checksum.
     pub fn take(&mut self, frame: &Frame<'_>, now: &Now, block: &mut Block) -> Outcome {
         self.frames = self.frames.wrapping_add(1);
         self.sequence = frame.sequence;
@@ -273,7 +273,7 @@ impl Session {
                 self.begin_conversation();
                 self.say_hello()
             }
-            // Who speaks another version is told which one is spoken here.
+            // A host with another protocol version is told this one.
             Kind::Request if frame.version != PROTOCOL => {
                 let hello = self.hello();
                 self.send_aside(&hello)

@@ -1,4 +1,4 @@
-//! What each request comes to.
+//! Handling of each request.
 
 use super::answers::{encode, text};
 use super::{Job, Now, Outcome, PART_BYTES, Session};
@@ -50,7 +50,7 @@ impl Session {
         }
     }
 
-    /// Requests that lead to other settings.
+    /// Requests that change settings.
     fn change(&mut self, request: &Request<'_>, now: &Now, block: &mut Block) -> Outcome {
         let on_trial = matches!(self.origin, Origin::Trial(_));
         match request {
@@ -144,7 +144,7 @@ impl Session {
         self.send(line)
     }
 
-    /// Parts come in their order; the first one begins anew.
+    /// Parts must come in order; the first one restarts.
     fn stage(&mut self, offset: u16, bytes: &[u8], block: &mut Block) -> Outcome {
         if self.draft.is_none() {
             return self.refuse(Refusal::NoDraft);
@@ -187,7 +187,7 @@ impl Session {
         }
     }
 
-    /// Whether settings are in order, and the processor keeps up with them.
+    /// Whether settings are valid, and the processor keeps up with them.
     fn check(&self, settings: &BoardSettings) -> Result<(), Refusal> {
         let checked = settings.validate();
         checked.map_err(|error| Refusal::Settings(text(error)))?;

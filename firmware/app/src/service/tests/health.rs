@@ -1,4 +1,4 @@
-//! What is looked at before a test.
+//! The checks before a test.
 
 use super::*;
 use crate::shared::{LastSample, LastTelegram, Shared};

@@ -19,7 +19,7 @@ struct Desk {
     session: Session,
     block: Box<Block>,
     now: Now,
-    /// That of the last request.
+    /// Number of the last request.
     sequence: u16,
     conversation: u32,
 }
@@ -83,7 +83,7 @@ impl Desk {
         desk
     }
 
-    /// Begins a conversation; its number.
+    /// Begins a conversation and returns its number.
     fn hello(&mut self) -> u32 {
         self.frame(Kind::Hello, PROTOCOL, 0, &[]);
         self.answer_frame(|frame| frame.conversation)
@@ -106,7 +106,7 @@ impl Desk {
         self.frame(Kind::Request, PROTOCOL, conversation, &payload(request))
     }
 
-    /// The answer that went out, for a look.
+    /// Calls `look` with the last answer.
     fn said<R>(&self, look: impl FnOnce(Kind, &[u8]) -> R) -> R {
         self.answer_frame(|frame| look(frame.kind, frame.payload))
     }
@@ -179,7 +179,7 @@ fn a_request_needs_a_conversation_and_has_to_be_readable() {
     let known = desk.conversation;
     desk.conversation ^= 1;
     desk.is_refused(&Request::Status, &Refusal::NoConversation);
-    // A board that has started over is in none, whatever number it is told.
+    // A restarted board has no conversation, whatever number a host uses.
     desk.session = Session::new(&kept(), BOOT + 1, "a board");
     for number in [known, 0] {
         desk.conversation = number;
@@ -208,7 +208,7 @@ fn settings_are_listed_and_told() {
     desk.is_refused(&Request::Get("control.body_k"), &Refusal::UnknownName);
 }
 
-/// The default law computes in f64; without a unit for it, it would not end within the cycle.
+/// The default law computes in f64; without a unit for that, it would not finish within the cycle.
 #[test]
 fn a_law_that_is_too_slow_for_the_board_is_neither_armed_nor_kept() {
     let mut desk = Desk::new(kept());
@@ -229,7 +229,7 @@ fn a_law_that_is_too_slow_for_the_board_is_neither_armed_nor_kept() {
     desk.is_done(&Request::Validate);
 }
 
-/// A draft changes step by step; what has to fit together is looked at when it is complete.
+/// A draft changes step by step; dependent settings are checked when it is complete.
 #[test]
 fn a_draft_is_checked_as_a_whole() {
     let mut desk = Desk::new(kept());
@@ -244,7 +244,7 @@ fn a_draft_is_checked_as_a_whole() {
     );
     desk.is_refused(&COMMIT, &Refusal::NoDraft);
     desk.is_done(&Request::Begin);
-    // Older than what latches a fault: not allowed by itself.
+    // Larger than the age that latches a fault: not allowed without changing that, too.
     desk.set(path, value);
     for request in [Request::Validate, COMMIT] {
         let refused = desk.answer(&request);
@@ -373,7 +373,7 @@ fn what_comes_twice_is_done_once() {
     assert_eq!(desk.ask(&hold), job);
     desk.session.finish(Ok(()));
     let line = desk.session.line().to_vec();
-    // What somebody else on the line is told meanwhile does not take the answer's place.
+    // The answer to another host on the line does not replace the kept one.
     let sequence = desk.sequence;
     for (version, conversation) in [
         (PROTOCOL + 1, 0),
@@ -394,7 +394,7 @@ fn what_comes_twice_is_done_once() {
     );
 }
 
-/// Begin, Set, the same Begin again, Commit: the change is still in the draft, or nothing is committed.
+/// Begin, Set, the same Begin repeated, Commit: the change is still in the draft, or nothing is committed.
 #[test]
 fn an_old_frame_that_comes_again_changes_nothing() {
     let mass = |desk: &Desk| {
@@ -418,8 +418,8 @@ fn an_old_frame_that_comes_again_changes_nothing() {
     desk.sequence = next + AHEAD - 1;
     desk.set("control.body_k.mass_kg", Value::Real(33.0));
 
-    // A whole conversation of before, from its hello on: what was begun since is given up, and nothing else is done,
-    // neither what is recorded nor what the live host goes on with.
+    // A recorded earlier conversation, from its hello on: the present draft is dropped, and nothing else happens, neither by the
+    // recorded requests nor by those with which the live host continues.
     let live = desk.sequence;
     desk.sequence = 0xfffe;
     assert_ne!(desk.hello(), desk.conversation);

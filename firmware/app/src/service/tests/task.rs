@@ -7,14 +7,14 @@ use embassy_futures::block_on;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embedded_io_async::{ErrorKind, ErrorType};
 
-/// A line on which a host sends all at once; the answers.
+/// A line on which a host sends everything at once, and collects the answers.
 #[derive(Default)]
 struct Host {
     sends: Vec<u8>,
     received: RefCell<Vec<u8>>,
 }
 
-/// What the host sends; and whether the line ends then.
+/// Bytes that the host sends, and whether the line closes after them.
 struct Input<'a>(&'a [u8], bool);
 struct Output<'a>(&'a RefCell<Vec<u8>>);
 
@@ -68,7 +68,7 @@ impl Clock for Quick {
 
 impl Host {
     fn sends(requests: &[Request<'_>]) -> Self {
-        // The first conversation of every board that has this number of its boot.
+        // The conversation number of the first conversation after this boot number.
         let conversation = Desk::new(kept()).conversation;
         let frame = |kind, sequence, conversation, payload: &[u8]| {
             let frame = Frame {
@@ -105,7 +105,7 @@ impl Host {
     }
 }
 
-/// Runs the service of a board that starts now until it is to start over.
+/// Runs the service of a board from its start until it is to restart. Returns the end, its time (µs) and the mass in use.
 fn run(flash: &mut Flash, trial: Option<Trial>, status: Status, host: &Host) -> (End, u64, f64) {
     let shared = Shared::<NoopRawMutex>::new();
     shared.update_status(|now| *now = status);
@@ -130,8 +130,7 @@ fn run(flash: &mut Flash, trial: Option<Trial>, status: Status, host: &Host) -> 
     (end, clock.now_us(), mass)
 }
 
-/// Commit, start over, confirm, and the settings are there for good; without a confirmation the
-/// board goes back by itself.
+/// Commit, restart, confirm: the settings are kept. Without a confirmation the board returns to the old ones by itself.
 #[test]
 fn settings_are_tried_and_kept_or_given_up() {
     let mut flash = Flash::erased();
@@ -155,7 +154,7 @@ fn settings_are_tried_and_kept_or_given_up() {
     assert!((30_000_000..30_200_000).contains(&at_us), "{at_us}");
     let after = boot(&mut flash, None);
     assert!(matches!(after.origin, Origin::Defaults(_)), "{after:?}");
-    // Tried anew it is confirmed, and cannot be given up any more.
+    // On a new trial it is confirmed, and cannot be dropped any more.
     let host = Host::sends(&[
         Request::Confirm,
         Request::Get(path),
@@ -212,7 +211,7 @@ fn a_motion_that_begins_in_time_wins() {
     });
 }
 
-/// A host that sends and does not read holds an answer up for a time, and not the service.
+/// A host that does not read delays an answer for a limited time, and does not block the service.
 #[test]
 fn an_answer_that_nobody_takes_is_given_up() {
     struct Full;
@@ -241,7 +240,7 @@ fn an_answer_that_nobody_takes_is_given_up() {
     let start_us = 5_000_000;
     let clock = Quick(Cell::new(start_us));
     let end = block_on(service.run(Input(&host.sends, true), Full, &clock));
-    // Those of the greeting and of both requests.
+    // The timeouts of the greeting and of both requests.
     assert_eq!(
         (end, clock.now_us()),
         (End::Closed, start_us + 3 * WRITE_US)
@@ -268,7 +267,7 @@ fn the_lamps_that_are_tested_are_lit_for_their_time() {
     assert_eq!(leds, [Some(Leds::from(lit)), None]);
 }
 
-/// Nobody is there who could test a bus; the answer comes all the same. A hang ends the service.
+/// No task can test a bus here; the answer comes all the same. A hang ends the service.
 #[test]
 fn a_new_board_is_tested_unless_the_robot_moves() {
     let mut flash = Flash::erased();

@@ -1,4 +1,4 @@
-//! What the board tells of itself, and how jobs are answered.
+//! Reports of the board, and answers to jobs.
 
 use super::*;
 use crate::store::StoreError;
@@ -118,7 +118,7 @@ fn each_change_is_logged_once_with_its_numbers() {
     for _ in 0..3 {
         desk.session.watch(&desk.now);
     }
-    // What is over needs no line.
+    // A fault or refusal that has ended needs no line.
     (
         desk.now.status.fault,
         desk.now.status.refusal,
@@ -166,7 +166,7 @@ fn a_confirmed_trial_is_none_any_more() {
     assert!(!desk.session.trial_is_over(&desk.now));
 }
 
-/// The block is needed for what is read from the flash, and an image that has come in part is lost.
+/// Reading the flash needs the block, so that a partly received image is lost.
 #[test]
 fn what_takes_the_block_ends_the_image_that_was_coming() {
     let mut desk = Desk::new(kept());
@@ -182,7 +182,7 @@ fn what_takes_the_block_ends_the_image_that_was_coming() {
         }
         desk.is_refused(&Request::Stage { offset: 20, bytes }, &Refusal::Unreadable);
     }
-    // Without a new draft, the first part begins anew.
+    // Without a new draft, the first part restarts the image.
     desk.is_done(&Request::Begin);
     for _ in 0..2 {
         desk.is_done(&Request::Stage { offset: 0, bytes });

@@ -1,21 +1,21 @@
-//! Flash as the STM32H7 has it: words of 32 bytes, each written once between two erasures; and a
-//! loss of power at any word, which leaves some of it behind, or something that cannot be read.
+//! Flash like that of the STM32H7: words of 32 bytes, each written once between two erasures. Power may be lost at any word,
+//! which is then partly written or unreadable.
 
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 
 pub(crate) const WORD: usize = 32;
 pub(crate) const SLOT: usize = 8192;
 
-/// What a loss of power leaves of the word that was being written or erased.
+/// State of a word whose writing or erasing a loss of power has interrupted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Torn {
-    /// What was there before.
+    /// The old content.
     Old,
-    /// What should have become of it.
+    /// The new content.
     New,
     /// Some bytes of each.
     Half,
-    /// Something that cannot be read: its checksum does not fit.
+    /// Unreadable: its check code is wrong.
     Unreadable,
 }
 
@@ -23,15 +23,15 @@ pub(crate) const TORN: [Torn; 4] = [Torn::Old, Torn::New, Torn::Half, Torn::Unre
 
 #[derive(Clone, Debug)]
 pub(crate) struct Flash {
-    /// None: it cannot be read.
+    /// `None`: it cannot be read.
     words: Vec<Option<[u8; WORD]>>,
-    /// Words that are still written or erased before the power is lost, and what of the next.
+    /// Number of words that are still written or erased before the power is lost, and the state of the next one.
     pub(crate) power: Option<(usize, Torn)>,
-    /// Words that were written or erased.
+    /// Number of words that were written or erased.
     pub(crate) done: usize,
-    /// A worn cell: in this byte a bit reads as zero whatever is written; the memory does not notice.
+    /// A worn cell: a bit of this byte always reads as zero; the memory reports no error.
     pub(crate) worn: Option<usize>,
-    /// It says that it writes and erases, and does nothing.
+    /// It reports success, and does nothing.
     pub(crate) deaf: bool,
 }
 
@@ -46,7 +46,7 @@ impl Flash {
         }
     }
 
-    /// What a launcher or a probe writes.
+    /// Writes bytes as a launcher or a probe does.
     pub(crate) fn put(&mut self, offset: usize, bytes: &[u8]) {
         for (word, bytes) in self.words[offset / WORD..]
             .iter_mut()
@@ -125,7 +125,7 @@ impl NorFlash for &mut Flash {
         assert!((offset as usize).is_multiple_of(WORD) && bytes.len().is_multiple_of(WORD));
         for (i, new) in bytes.chunks_exact(WORD).enumerate() {
             let word = offset as usize / WORD + i;
-            // What was written or torn has to be erased first.
+            // A word that was written or torn has to be erased first.
             if !self.deaf && self.words[word] != Some([0xff; WORD]) {
                 return Err(NorFlashErrorKind::Other);
             }

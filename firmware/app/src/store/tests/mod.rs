@@ -76,7 +76,7 @@ fn sets_take_turns_in_the_two_slots() {
     }
 }
 
-/// Settings that a launcher or a probe writes count by themselves.
+/// Settings written by a launcher or a probe count without a confirmation.
 #[test]
 fn a_block_by_itself_is_used_and_followed() {
     let mut flash = Flash::erased();
@@ -111,7 +111,7 @@ fn settings_of_another_firmware_are_refused_by_name_and_left_alone() {
     let (sequence, slot) = (1, Slot::B);
     assert_eq!(change(&mut flash, 5.0), Origin::Flash { sequence, slot });
     assert_eq!(mass(&boot(&mut flash, None)), 5.0);
-    // Also behind a trial that nobody confirmed, which is written over.
+    // Also after an unconfirmed trial, which is overwritten.
     let mut flash = Flash::erased();
     flash.put(SLOT, &block);
     let defaults = boot(&mut flash, None).origin;
@@ -152,7 +152,7 @@ fn a_trial_whose_block_was_damaged_is_not_tried() {
     assert_eq!(mass(&boot(&mut flash, None)), 11.0);
 }
 
-/// A cell that does not hold its bit, anywhere in the block: nothing is put on trial.
+/// A cell that does not hold its bit, anywhere in the block: no trial begins.
 #[test]
 fn what_does_not_come_back_from_the_flash_is_not_tried() {
     let mut before = Flash::erased();
@@ -170,14 +170,14 @@ fn what_does_not_come_back_from_the_flash_is_not_tried() {
     }
 }
 
-/// What is there is whole, but not what was to be written.
+/// The content is valid, but not what was to be written.
 #[test]
 fn a_flash_that_does_nothing_is_noticed() {
     let mut flash = Flash::erased();
     let first = change(&mut flash, 11.0);
     write(&mut flash, 5.0, &first).unwrap();
     flash.deaf = true;
-    // The same settings of before, with another number.
+    // The same settings as before, with another number.
     let Origin::Flash { sequence, slot } = first else {
         panic!("{first:?}");
     };
@@ -192,7 +192,7 @@ fn a_flash_that_does_nothing_is_noticed() {
     assert_eq!(mass(&boot(&mut flash, None)), 11.0);
 }
 
-/// A word that is whole, but of another block: one that was there before, and outlived an erasure.
+/// A valid word of another block, which was there before and survived an erasure.
 #[test]
 fn a_confirmation_keeps_its_own_block_and_no_other() {
     let mut flash = Flash::erased();
@@ -214,7 +214,8 @@ fn a_confirmation_keeps_its_own_block_and_no_other() {
     assert_eq!(kept(damaged), 11.0);
 }
 
-/// Writes and confirms 22 over 11 with a power loss after so many words; what the board says.
+/// Writes and confirms 22 over 11 with a power loss after this many words. Returns the flash, and whether the board reported
+/// success.
 fn cut(mut flash: Flash, words: usize, torn: Torn) -> (Flash, bool) {
     flash.power = Some((words, torn));
     let in_use = boot(&mut flash, None).origin;
@@ -223,8 +224,8 @@ fn cut(mut flash: Flash, words: usize, torn: Torn) -> (Flash, bool) {
     (flash, outcome.is_ok())
 }
 
-/// Power is lost at every single word that is erased or written, and leaves every kind of rest: the
-/// next start has the old or the new set, whole, and a later change works.
+/// Power is lost at every single word that is erased or written, with every kind of remains: the next start has the old or the
+/// new set, intact, and a later change works.
 #[test]
 fn a_loss_of_power_leaves_the_old_or_the_new_set() {
     let mut before = Flash::erased();
@@ -268,7 +269,7 @@ fn a_loss_of_power_leaves_the_old_or_the_new_set() {
     assert!(cut(before, words, Torn::Old).1);
 }
 
-/// Likewise when a set was tried before and given up: it never comes back by itself.
+/// The same when a set was tried before and dropped: it never comes back by itself.
 #[test]
 fn a_set_that_was_given_up_does_not_come_back() {
     let mut before = Flash::erased();

@@ -1,5 +1,5 @@
-//! A W5500 by its data sheet, as far as the driver may use it, at its worst: its interrupt is raised by a frame that comes,
-//! never by one that waits; what is sent without a link leaves when there is one; what has no room is lost.
+//! A W5500 by its data sheet, as far as the driver may use it, in the worst case: its interrupt is raised by a frame that comes,
+//! never by one that waits; frames sent without a link leave when there is one; frames without room are lost.
 
 use super::world::Time;
 use crate::w5500::chip::MEMORY_BYTES;
@@ -10,10 +10,10 @@ use std::future::poll_fn;
 use std::rc::Rc;
 use std::task::{Poll, Waker};
 
-/// A bit of the bus, and what each transaction takes beside its bits: select, DMA, interrupt, wake-up.
+/// Time of a bit on the bus, and of each transaction in addition: select, DMA, interrupt, wake-up.
 const BIT_NS: u64 = 50;
 const TRANSACTION_NS: u64 = 5_000;
-/// A byte on the wire.
+/// Time of a byte on the wire.
 const BYTE_NS: u64 = 80;
 
 const COMMON: u8 = 0;
@@ -26,11 +26,11 @@ pub(super) struct Emulated {
     /// It is supplied, and its bus is whole.
     pub(super) present: bool,
     pub(super) link: bool,
-    /// Nothing leaves.
+    /// No frame is sent.
     pub(super) jammed: bool,
     /// Frames on the wire, and when, ns.
     pub(super) sent: Vec<(u64, Vec<u8>)>,
-    /// Of the bus.
+    /// Number of transactions on the bus.
     pub(super) transactions: u64,
     common: [u8; 256],
     socket: [u8; 256],
@@ -40,7 +40,7 @@ pub(super) struct Emulated {
     to_send: Vec<u8>,
     sent_until: u16,
     to_send_until: u16,
-    /// The frame that is on its way: from where, and until when, ns.
+    /// The frame that is being sent: its address, and the end of sending, ns.
     leaving: (u16, u64),
     waker: Option<Waker>,
 }
@@ -69,7 +69,7 @@ impl Emulated {
         chip
     }
 
-    /// As after a dip of its supply.
+    /// Loses its configuration, as after a dip of its supply.
     pub(super) fn forget(&mut self) {
         self.common = [0; 256];
         self.socket = [0; 256];
@@ -77,7 +77,7 @@ impl Emulated {
         self.close();
     }
 
-    /// A length that cannot be, where the next frame is.
+    /// Writes an impossible length where the next frame is.
     pub(super) fn spoil(&mut self, length: u16) {
         for (n, byte) in (0..).zip(length.to_be_bytes()) {
             let at = self.received_read.wrapping_add(n) % MEMORY_BYTES;
@@ -94,7 +94,7 @@ impl Emulated {
         self.leave(now_ns);
     }
 
-    /// A frame of the network.
+    /// A frame comes from the network.
     pub(super) fn arrive(&mut self, frame: &[u8]) {
         let used = self.received_write.wrapping_sub(self.received_read);
         let length = frame.len() as u16 + 2;
@@ -174,14 +174,14 @@ impl Emulated {
                 SOCKET => (&mut self.socket[..], at),
                 TO_SEND => (&mut self.to_send[..], at % MEMORY_BYTES),
                 RECEIVED => (&mut self.received[..], at % MEMORY_BYTES),
-                // The other sockets, which get no memory.
+                // The other sockets have no memory.
                 _ => continue,
             };
             let place = &mut memory[usize::from(at)];
             match (writes, (block, at)) {
                 (false, _) => *byte = *place,
                 (true, (SOCKET, 1)) => self.command(*byte, now_ns),
-                // Ones clear.
+                // Writing ones clears bits.
                 (true, (SOCKET, 2)) => *place &= !*byte,
                 (true, _) => *place = *byte,
             }
@@ -203,7 +203,7 @@ impl Emulated {
     }
 }
 
-/// Its bus.
+/// The bus of the chip.
 pub(super) struct Bus(pub(super) Rc<RefCell<Emulated>>, pub(super) Rc<Time>);
 
 impl ErrorType for Bus {

@@ -1,4 +1,4 @@
-//! Link out and in, a start without a link, overrun, floods, and a chip that is not as it was told to be: the robot is
+//! Loss and return of the link, a start without a link, overrun, floods, and a chip that has lost its configuration: the robot is
 //! answered again within ten cycles of 4 ms, each telegram in its own cycle.
 
 mod emulated;
@@ -43,18 +43,18 @@ fn a_board_that_starts_without_a_link_answers_when_it_comes() {
 #[test]
 fn a_link_that_was_out_is_left_behind() {
     let mut world = running();
-    // From a dip that nobody sees to a second.
+    // From an interruption that no check notices to one of a second.
     for cycles in [0, 1, 2, 3, 10, 250] {
         world.plug(false);
         assert!(!world.cycles(cycles).contains(&true));
         let before = world.chip.borrow().sent.len();
         world.plug(true);
         assert_answers_again(&mut world);
-        // No answer that was made for nobody leaves when the link is back.
+        // No answer to an earlier telegram is sent when the link is back.
         let sent = world.chip.borrow().sent.len() - before;
         assert!(sent <= 100, "{sent} answers to 100 telegrams");
     }
-    // Of those that are longer than the time between two looks none is missed.
+    // Interruptions longer than the time between two checks are all counted.
     let losses = world.health.get().ethernet.losses;
     assert!((3..=5).contains(&losses), "{losses}");
 }
@@ -69,7 +69,7 @@ fn the_network_is_told_of_the_link() {
     }
 }
 
-/// Neither taken for a chip in which something is stuck, nor asked again and again.
+/// A quiet network is not mistaken for a stuck chip, and the chip is not polled repeatedly.
 #[test]
 fn a_quiet_network_leaves_chip_and_bus_alone() {
     let mut world = running();
@@ -85,14 +85,14 @@ fn a_quiet_network_leaves_chip_and_bus_alone() {
 fn a_frame_that_leaves_late_is_not_given_up() {
     let mut world = running();
     world.chip.borrow_mut().jammed = true;
-    // One look, and less than two.
+    // One check, and less than two.
     world.cycles(3);
     world.release();
     assert_answers_again(&mut world);
     assert_eq!(world.health.get().ethernet.overruns, 0);
 }
 
-/// What came while nobody looked, up to more than the chip holds.
+/// Frames that came unnoticed, up to more than the chip holds.
 #[test]
 fn an_overrun_of_the_receiver_is_left_behind() {
     for bytes in [60, 590, 1514] {
@@ -120,7 +120,7 @@ fn a_flood_at_line_rate_is_left_behind() {
     }
 }
 
-/// Of what the bus can carry: an answer goes out between any two frames that come in.
+/// Within the capacity of the bus, an answer is sent between any two received frames.
 #[test]
 fn in_a_flood_that_the_bus_can_carry_each_telegram_is_answered() {
     let mut world = running();
@@ -163,11 +163,11 @@ fn a_chip_that_comes_late_or_goes_is_found_again() {
         assert_answers_again(&mut world);
         assert!(world.health.get().answers && world.health.get().ethernet.link);
     }
-    // The first time there was no link that could be lost.
+    // The first time there was no link to lose.
     assert_eq!(world.health.get().ethernet.losses, 2);
 }
 
-/// Half a link: it is there, but nothing leaves.
+/// A link in one direction: no frame is sent.
 #[test]
 fn frames_that_do_not_leave_are_given_up() {
     let mut world = running();

@@ -15,11 +15,11 @@ use std::task::{Context, Poll, Wake, Waker};
 
 pub(super) const CYCLE_NS: u64 = 4_000_000;
 const BOARD: [u8; 6] = [2, 0, 0, 0, 0, 1];
-/// Kinds of frames, by their type; where the number of a telegram is.
+/// Frame types, and the offset of a telegram's number.
 const TELEGRAM: [u8; 2] = [0x88, 0xB5];
 const OTHER: [u8; 2] = [0x88, 0xB6];
 const NUMBER: usize = 14;
-/// A frame of the robot, and its answer.
+/// Lengths of a telegram and of its answer.
 const TELEGRAM_BYTES: usize = 550;
 const ANSWER_BYTES: usize = 250;
 
@@ -93,7 +93,7 @@ impl Wake for Flag {
 pub(super) struct World {
     pub(super) chip: Rc<RefCell<Emulated>>,
     pub(super) flood: Option<Flood>,
-    /// The last that the driver told.
+    /// The last state that the driver reported.
     pub(super) health: Rc<Cell<Health>>,
     /// Telegrams that the robot has sent.
     pub(super) cycles: u64,
@@ -136,7 +136,7 @@ impl World {
         self.chip.borrow_mut().plug(link, self.time.now_ns());
     }
 
-    /// Some telegrams of the robot: which were answered within their cycle.
+    /// Sends telegrams of the robot; returns which of them were answered within their cycle.
     pub(super) fn cycles(&mut self, count: u64) -> Vec<bool> {
         let first = self.cycles;
         for _ in 0..count {
@@ -156,7 +156,7 @@ impl World {
         (first..self.cycles).map(in_time).collect()
     }
 
-    /// What was jammed leaves.
+    /// Frames are sent again.
     pub(super) fn release(&self) {
         self.chip.borrow_mut().jammed = false;
         self.plug(true);
@@ -168,7 +168,7 @@ impl World {
         self.run_until(self.cycles * CYCLE_NS);
     }
 
-    /// Whether the network was told that there is a link.
+    /// Whether the network was told of a link.
     pub(super) fn is_up(&mut self) -> bool {
         let context = &mut Context::from_waker(Waker::noop());
         self.board.link_state(context) == LinkState::Up
