@@ -1,8 +1,8 @@
 //! Exact decimal numbers held as an integer count of their last digit.
 //!
-//! A correction leaves the board as decimal text with a fixed number of digits. Holding it as a count makes the text
-//! exact: what was sent is an integer that the controller can subtract from what it meant, and no floating-point
-//! formatting code is needed on the board.
+//! A correction leaves the board as decimal text with a fixed number of digits. Holding it as a count makes the text exact: what
+//! was sent is an integer that the controller can subtract from the intended value, and no floating-point formatting code is
+//! needed on the board.
 
 use core::fmt;
 use core::str::FromStr;
@@ -107,7 +107,7 @@ impl fmt::Display for Decimal {
             let text = &mut [0; Self::MAX_TEXT_BYTES];
             return f.write_str(core::str::from_utf8(self.text(text)).unwrap_or_default());
         }
-        // More digits than any telegram has; `counts` is public, so they may be asked for.
+        // More digits than any telegram has; `counts` and `decimals` are public, so this can occur.
         let sign = if self.counts < 0 { "-" } else { "" };
         let magnitude = self.counts.unsigned_abs();
         let (whole, fraction) = match 10_u64.checked_pow(self.decimals.into()) {
@@ -167,7 +167,7 @@ fn text(
     buffer.get(start..).unwrap_or_default()
 }
 
-/// Takes the last digit off a number. A microcontroller divides 32 bits by an instruction and 64 by a program.
+/// Removes and returns the last digit of a number. A microcontroller divides 32 bits by one instruction, 64 bits in software.
 fn last_digit(number: &mut u64) -> u8 {
     let digit = match u32::try_from(*number) {
         Ok(short) => {

@@ -1,4 +1,4 @@
-//! A force/torque sensor, whatever its wire.
+//! A force/torque sensor on any link.
 //!
 //! A [`SensorDriver`] is a state machine that owns no bus and no clock: the caller sends what
 //! [`SensorDriver::poll_transmit`] hands out, gives every frame that comes to [`SensorDriver::receive`], and calls again
@@ -9,13 +9,13 @@ use crate::ethercat::{
     ATI_VENDOR, INPUT_BYTES, MAX_COUNTS_PER_UNIT, OUTPUT_BYTES, Product, StartUp,
 };
 
-/// Makes readings of what travels on a sensor's wire.
+/// Converts the traffic on a sensor's link into readings.
 ///
-/// A sensor that streams and one that is polled look alike from here; so do a CAN bus and the process data of an
-/// EtherCAT SubDevice. A driver vouches for each reading that it hands out: it is new, and all its numbers belong
-/// together. A frame that repeats an old reading completes none.
+/// Streaming and polled sensors have the same interface; so have a CAN bus and the process data of an EtherCAT SubDevice. A
+/// driver guarantees for each reading that it is new, and that all its numbers belong together. A frame that repeats an old
+/// reading completes none.
 pub trait SensorDriver {
-    /// What travels: a CAN frame, or the process data of one exchange with their working counter.
+    /// The unit of traffic: a CAN frame, or the process data of one exchange with their working counter.
     type Frame;
 
     /// The next frame for the wire, if one is due. Call again after each frame: another one may be due then.
@@ -24,43 +24,42 @@ pub trait SensorDriver {
     /// When to call [`Self::poll_transmit`] again at the latest; `u64::MAX` for never.
     fn next_deadline_us(&self) -> u64;
 
-    /// Takes a frame from the wire, and returns the reading that it completes.
+    /// Takes in a frame from the link. Returns the reading that it completes, if any.
     fn receive(&mut self, frame: &Self::Frame, now_us: u64) -> Option<SensorReading>;
 
     /// Makes the next request due at once, if none is on its way; a streaming sensor cannot expedite.
     fn expedite(&mut self, now_us: u64);
 
-    /// How far the driver is.
+    /// State of the driver.
     fn state(&self) -> SensorState;
 
-    /// What the driver has seen.
+    /// Counters of the driver.
     fn counters(&self) -> SensorCounters;
 
-    /// Starts over: resets the sensor where it can be reset, and reads its calibration anew. For the operator's reset
-    /// of a latched sensor fault.
+    /// Restarts: resets the sensor where that is possible, and reads its calibration anew. For the operator's reset of a latched
+    /// sensor fault.
     fn restart(&mut self);
 }
 
-/// One reading, as it comes from the sensor: without bias, gravity or tool inertia removed.
+/// One raw reading of the sensor: bias, gravity and tool inertia are still in it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SensorReading {
     /// Force X, Y, Z (N) and torque X, Y, Z (N·m) in the sensor frame S.
     pub wrench: [f64; 6],
-    /// Raw counts of six gauges or axes, whatever the sensor shows of how it came to its wrench; zeros for one that
-    /// shows none.
+    /// Raw counts of six gauges or axes, as far as the sensor reports them; else zeros.
     pub counts: [i32; 6],
-    /// Raw status word; zero for a sensor that has none. Which bits count is a setting of the control cycle, which judges all.
+    /// Raw status word; zero for a sensor that has none. The control cycle judges it; a setting says which bits count.
     pub status: u32,
     /// Rises by one with every reading, wrapping.
     pub counter: u32,
-    /// The reading was not taken before this time: when it was asked for, or, from a streaming sensor, when its first
-    /// frame came in.
+    /// Earliest time at which the reading was taken, µs: when it was requested, or, from a streaming sensor, when its first frame
+    /// arrived.
     pub at_us: u64,
     /// A gauge or an axis is at the end of its range. The calibration couples the gauges, so no axis is valid.
     pub saturated: bool,
 }
 
-/// How far a driver is.
+/// State of a driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SensorState {
     /// Waking the sensor up or reading its calibration.
@@ -118,7 +117,7 @@ pub enum SensorFault {
     /// The sensor now reports another scale than at start-up, so the calibration in use is not its own.
     #[error("the sensor's scale differs from the one read at start-up")]
     CalibrationChanged,
-    /// EtherCAT: frames come back, and no SubDevice was in them.
+    /// EtherCAT: frames come back without having passed a SubDevice.
     #[error("no SubDevice is on the cable")]
     NoSubDevice,
     /// EtherCAT: there are more SubDevices than the sensor.
@@ -133,7 +132,7 @@ pub enum SensorFault {
         /// Its vendor number.
         received: u32,
     },
-    /// CAN: the controller makes other bits than the sensor reads.
+    /// CAN: the controller's bit rate or sample point differs from the sensor's.
     #[error(
         "the CAN controller makes {bits_per_second} bit/s, sampled at {per_mille} ‰ of a bit, expected {} to {}: do its clock and divisors fit?",
         SAMPLE_POINT_PER_MILLE.0, SAMPLE_POINT_PER_MILLE.1
@@ -175,7 +174,7 @@ pub enum SensorFault {
     /// EtherCAT: the SubDevice left OP: it was restarted, or reports an error of its own.
     #[error("the SubDevice left OP")]
     NotOperational,
-    /// EtherCAT: the sensor's sample counter stands.
+    /// EtherCAT: the sensor's sample counter does not increase.
     #[error("the sensor's sample counter stands")]
     Standing,
     /// The settings name a sensor on a link that this firmware does not have.
@@ -185,14 +184,14 @@ pub enum SensorFault {
     OtherLink,
 }
 
-/// What a driver has seen; every counter wraps.
+/// Counters of a driver; each wraps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SensorCounters {
     /// Answers, or a stream, that did not come in time.
     pub timeouts: u32,
     /// Requests that were sent again.
     pub retries: u32,
-    /// Frames that nobody was waiting for any more.
+    /// Frames that came after their timeout.
     pub late: u32,
     /// Frames whose counterparts are missing.
     pub unpaired: u32,

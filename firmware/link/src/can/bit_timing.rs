@@ -2,7 +2,7 @@
 
 use crate::sensor::SensorFault;
 
-/// Parts of a bit in time quanta, the synchronisation segment of one quantum left out.
+/// Segments of a bit in time quanta, without the synchronisation segment of one quantum.
 ///
 /// ```
 /// use softdock_link::can::BitTiming;
@@ -16,17 +16,17 @@ pub struct BitTiming {
     pub prescaler: u16,
     /// Propagation and phase segment 1: up to the sample point.
     pub seg1: u8,
-    /// Phase segment 2: behind it.
+    /// Phase segment 2: after the sample point.
     pub seg2: u8,
     /// Most quanta by which a bit is made longer or shorter to follow another node's clock.
     pub jump: u8,
 }
 
-/// Where both sensors' manuals and CiA 301 (87.5 %) want the sample point at 1 Mbit/s, ‰ of a bit: from, to.
+/// Range of the sample point at 1 Mbit/s, ‰ of a bit: from both sensors' manuals and CiA 301 (87.5 %).
 pub const SAMPLE_POINT_PER_MILLE: (u32, u32) = (850, 875);
 
 impl BitTiming {
-    /// From FDCAN's nominal bit timing register NBTP (RM0433, 56.5.7), whose fields are less one.
+    /// From FDCAN's nominal bit timing register NBTP (RM0433, 56.5.7), whose fields hold the values minus one.
     pub const fn from_nbtp(register: u32) -> Self {
         Self {
             prescaler: (register >> 16 & 0x1ff) as u16 + 1,
@@ -45,12 +45,13 @@ impl BitTiming {
         clock_hz / (self.prescaler as u32 * self.quanta())
     }
 
-    /// Where a bit is sampled, ‰ of it.
+    /// Sample point, ‰ of a bit.
     pub const fn sample_point_per_mille(self) -> u32 {
         1000 * (1 + self.seg1 as u32) / self.quanta()
     }
 
-    /// Whether another node at the same rate samples where it is expected.
+    /// Whether the bit rate is right, the sample point lies in the range of `SAMPLE_POINT_PER_MILLE`, and the jump is at most
+    /// segment 2.
     pub const fn is_as_expected(self, clock_hz: u32, bits_per_second: u32) -> bool {
         let (from, to) = SAMPLE_POINT_PER_MILLE;
         let sampled = self.sample_point_per_mille();
@@ -93,8 +94,8 @@ mod tests {
         assert!(timing.is_as_expected(CLOCK_HZ, 1_000_000));
     }
 
-    /// Ten quanta with the sample point at 90 %, as a driver computed it by itself: the receiver is left
-    /// with a tenth of a bit for the cable and for the other node's clock.
+    /// Ten quanta with the sample point at 90 %, as a driver chose it: the receiver has only a tenth of a bit left for the cable
+    /// and for the other node's clock.
     #[test]
     fn a_late_sample_point_is_not_expected() {
         let late = BitTiming {
@@ -121,7 +122,7 @@ mod tests {
         assert!(slow.is_as_expected(2 * CLOCK_HZ, 1_000_000));
     }
 
-    /// Sampled from 85 to 87.5 %, and a jump that leaves no second segment is none.
+    /// The sample point may be 85 to 87.5 %, and a jump longer than segment 2 is invalid.
     #[test]
     fn the_edges_of_what_is_expected() {
         for (seg1, seg2, jump, expected) in [

@@ -1,4 +1,4 @@
-//! The driver behind which all CAN sensors look alike.
+//! The driver that gives all CAN sensors one interface.
 
 use super::Frame;
 use super::ati::AtiDriver;
@@ -18,7 +18,7 @@ pub enum CanSensor {
     Sri(SriDriver),
 }
 
-/// Calls the method of the sensor at hand.
+/// Calls the method of the actual sensor's driver.
 macro_rules! delegate {
     ($self:ident . $method:ident ( $($argument:expr),* )) => {
         match $self {
@@ -69,8 +69,8 @@ mod tests {
     use crate::can::ati::{AtiCalibration, AtiConfig, AtiDevice, ForceUnit, TorqueUnit};
     use crate::can::sri::{SriConfig, stream_frames};
 
-    /// Bare and behind the common face a driver does the same at each step: start-up, readings, a frame that fits nowhere,
-    /// silence, a request that is made to hurry, and a restart. `answers` is the sensor.
+    /// Asserts that a driver behaves the same directly and through the common interface: at start-up, readings, an unexpected
+    /// frame, silence, an expedited request, and a restart. `answers` is the sensor.
     macro_rules! assert_alike {
         ($bare:ident, $variant:ident, $answers:expr) => {
             let mut common = CanSensor::$variant($bare.clone());

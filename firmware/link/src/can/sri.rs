@@ -38,7 +38,7 @@ impl Default for SriConfig {
     }
 }
 
-/// A reading of which some frames have come.
+/// A reading of which some frames have arrived.
 #[derive(Clone, Copy, Debug)]
 struct Partial {
     at_us: u64,
@@ -52,7 +52,7 @@ pub struct SriDriver {
     config: SriConfig,
     partial: Option<Partial>,
     state: SensorState,
-    /// When the start command is due, as long as nothing comes.
+    /// Time at which the start command is due if nothing comes, µs.
     next_start_us: u64,
     start_sent: bool,
     readings: u32,
@@ -135,12 +135,12 @@ impl SriDriver {
         self.reading(frames, at_us, now_us)
     }
 
-    /// How far the driver is.
+    /// State of the driver.
     pub fn state(&self) -> SensorState {
         self.state
     }
 
-    /// What the driver has seen.
+    /// Counters of the driver.
     pub fn counters(&self) -> SensorCounters {
         self.counters
     }
@@ -191,7 +191,7 @@ impl SriDriver {
     }
 }
 
-/// Which frame of a reading it is, and its two values.
+/// The place of a frame in its reading, and its two values; `None` if it belongs to none.
 fn decode(frame: &Frame) -> Option<(usize, [f64; 2])> {
     let part = STREAM_IDS
         .iter()

@@ -1,9 +1,8 @@
-//! Which exchange gives a reading, and when to start the SubDevice anew.
+//! Decides which exchange gives a reading, and when to restart the SubDevice.
 //!
-//! Process data look the same whether the sensor measured them or not: a frame comes back also from a SubDevice that
-//! was restarted and has forgotten its set-up, with the inputs of before. So an exchange counts only if its working
-//! counter says that the SubDevice read and wrote, if the SubDevice says that it is in OP, and if the sensor's own
-//! sample counter has risen.
+//! Process data look the same whether the sensor measured them or not: a frame also comes back from a SubDevice that was
+//! restarted and has lost its set-up, with the earlier inputs. So an exchange counts only if its working counter shows that the
+//! SubDevice read and wrote, if the SubDevice reports OP, and if the sensor's own sample counter has increased.
 
 use super::WORKING_COUNTER;
 use super::exchange::{Exchange, Setup};
@@ -11,33 +10,33 @@ use super::process_data::{Control, INPUT_BYTES, Inputs};
 use super::product::{Product, Scale};
 use crate::sensor::{SensorCounters, SensorDriver, SensorFault, SensorReading, SensorState};
 
-/// Exchanges in a row that may fail before the SubDevice is started anew: at 1 kHz shorter than the 8 ms after which the
-/// cycle calls a sample stale, so that a disturbed frame costs nothing.
+/// Consecutive exchanges that may fail before the SubDevice is restarted: at 1 kHz shorter than the 8 ms after which the cycle
+/// calls a sample stale, so that a disturbed frame has no effect.
 const MOST_FAILED: u8 = 5;
-/// Time for which the sample counter may stand, µs. At the slowest rate of an Axia80, 488 Hz, it rises every 2 ms.
+/// Time for which the sample counter may stay unchanged, µs. At the slowest rate of an Axia80, 488 Hz, it increases every 2 ms.
 const MOST_STANDING_US: u64 = 50_000;
 /// Pause before a SubDevice that could not be started is tried again, µs.
 const RETRY_PAUSE_US: u64 = 100_000;
 /// Time for which the bit that clears the sensor's bias is set, µs: ten samples at its slowest rate.
 const CLEAR_BIAS_US: u64 = 20_000;
-/// Time after that bit until a reading is believed, µs.
+/// Settling time after that bit before readings are accepted, µs.
 const SETTLE_US: u64 = 5_000;
 
 /// Settings of an [`AtiSubDevice`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EtherCatConfig {
-    /// Time from one exchange to the next, µs. It keeps the SubDevice's watchdog of 100 ms at rest.
+    /// Time from one exchange to the next, µs. Frequent exchanges keep the SubDevice's watchdog of 100 ms from expiring.
     pub poll_period_us: u64,
     /// Time after which an exchange counts as lost, µs.
     pub answer_timeout_us: u64,
-    /// What the sensor is told; [`Control::clear_bias`] is the driver's.
+    /// Control word of the sensor; [`Control::clear_bias`] is set by the driver.
     pub control: Control,
 }
 
-/// What the driver is about.
+/// State of the driver.
 #[derive(Clone, Copy, Debug)]
 enum Mode {
-    /// No SubDevice; the next start.
+    /// No SubDevice; time of the next start.
     Down { start_us: u64 },
     /// The bus starts it.
     StartingUp,
@@ -54,21 +53,22 @@ struct Running {
     since_us: u64,
     /// When the last exchange was asked for.
     asked_us: u64,
-    /// Likewise, while its answer has not come.
+    /// The answer to it is pending.
     pending: bool,
     next_us: u64,
     failed: u8,
-    /// The newest sample counter and when it was seen first; none before the first exchange.
+    /// The newest sample counter and the time when it was first seen; `None` before the first exchange.
     sample: Option<(u32, u64)>,
     /// A reading was handed out.
     measured: bool,
 }
 
 impl Running {
-    /// When the sample before was seen, µs, if this one is new and the bias has settled; an error if none has been new for too long.
+    /// Takes in a sample counter. `Some`: time at which the previous sample was first seen, µs, if this one is new and the bias
+    /// has settled. An error if none has been new for too long.
     fn take(&mut self, sample: u32, now_us: u64) -> Result<Option<u64>, SensorFault> {
         let Some((last, seen_us)) = self.sample else {
-            // Whether it is new, the next one tells.
+            // The next one shows whether it is new.
             self.sample = Some((sample, now_us));
             return Ok(None);
         };
@@ -136,7 +136,7 @@ impl AtiSubDevice {
         }
     }
 
-    /// An exchange gave nothing; after too many the SubDevice is started anew.
+    /// An exchange failed; after too many the SubDevice is restarted.
     fn failed(&mut self, fault: SensorFault, now_us: u64) {
         let Mode::Operational(running) = &mut self.mode else {
             return;
@@ -148,7 +148,7 @@ impl AtiSubDevice {
         }
     }
 
-    /// Gives up the exchange on its way if its time is over.
+    /// Gives up the pending exchange if its time is over.
     fn expire(&mut self, now_us: u64) {
         let Mode::Operational(running) = &self.mode else {
             return;
@@ -199,7 +199,7 @@ impl AtiSubDevice {
             counts: inputs.counts,
             status: inputs.status,
             counter: self.readings,
-            // It was not there when the sample before was seen.
+            // This sample did not exist yet when the previous one was first seen.
             at_us: seen_us,
             saturated: running.product.saturates(inputs.status),
         })
@@ -234,7 +234,7 @@ impl SensorDriver for AtiSubDevice {
     fn next_deadline_us(&self) -> u64 {
         match &self.mode {
             Mode::Down { start_us } => *start_us,
-            // The bus has bounds of its own.
+            // The bus has its own timeouts.
             Mode::StartingUp => u64::MAX,
             Mode::Operational(running) if running.pending => running
                 .asked_us
@@ -275,7 +275,7 @@ impl SensorDriver for AtiSubDevice {
                 SensorState::Running
             }
             (Mode::Operational(running), _) if running.measured => SensorState::Resynchronising,
-            // What was wrong stands until a reading shows that it is over.
+            // The fault remains until a reading shows that it is over.
             (_, Some(fault)) => SensorState::Failed(fault),
             (_, None) => SensorState::Starting,
         }
@@ -286,7 +286,7 @@ impl SensorDriver for AtiSubDevice {
     }
 
     fn restart(&mut self) {
-        // A bus that starts the SubDevice already says how that went.
+        // A bus that is already starting the SubDevice will report the result.
         if !matches!(self.mode, Mode::StartingUp) {
             self.mode = Mode::Down { start_us: 0 };
         }

@@ -1,9 +1,9 @@
-//! What travels between the bus and the driver.
+//! Messages between the bus and the driver.
 
 use super::process_data::{INPUT_BYTES, OUTPUT_BYTES};
 use crate::sensor::SensorFault;
 
-/// A request of the driver, or what became of it.
+/// A request of the driver, or the answer to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exchange {
     /// Request: start the SubDevice anew, from INIT to OP.
@@ -16,7 +16,7 @@ pub enum Exchange {
     Outputs([u8; OUTPUT_BYTES]),
     /// Answer: a frame came back.
     Inputs {
-        /// What the SubDevices added to it; [`super::WORKING_COUNTER`] if one has read and written.
+        /// Working counter of the frame; [`super::WORKING_COUNTER`] if one SubDevice has read and written.
         working_counter: u16,
         /// The SubDevice says that it is in OP.
         operational: bool,
@@ -25,7 +25,7 @@ pub enum Exchange {
     },
 }
 
-/// What the SubDevice said about itself before it became operational.
+/// Set-up that the SubDevice reported before it became operational.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Setup {
     /// Vendor number of its identity.

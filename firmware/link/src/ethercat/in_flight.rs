@@ -1,8 +1,8 @@
-//! Frames on their way round the segment, and whether what comes in is one of them.
+//! Frames on their way through the segment; recognises which incoming frames are among them.
 //!
-//! A frame comes back with the datagrams that it left with; only their data, their working counters and the first bit
-//! of its sender's address have changed. Everything else on the cable is kept from the stack behind: frames of others,
-//! damaged ones, one that comes twice, and one whose place has been taken in the meantime.
+//! A frame comes back with the datagrams with which it left; only their data, their working counters and one bit of its sender's
+//! address have changed. All other frames are kept from the stack: those of others, damaged ones, repeated ones, and those whose
+//! place has been reused in the meantime.
 
 /// EtherType of EtherCAT (IEEE registration).
 pub const ETHERTYPE: [u8; 2] = [0x88, 0xA4];
@@ -11,7 +11,7 @@ pub const ETHERTYPE: [u8; 2] = [0x88, 0xA4];
 const FRAMES: usize = 4;
 /// Most datagrams of a frame: process data and the state of two SubDevices.
 const DATAGRAMS: usize = 3;
-/// Destination, sender, EtherType.
+/// Length of destination, sender and EtherType.
 const ETHERNET_HEADER_BYTES: usize = 14;
 /// Length and type.
 const ETHERCAT_HEADER_BYTES: usize = 2;
@@ -21,7 +21,7 @@ const WORKING_COUNTER_BYTES: usize = 2;
 /// Bits of a datagram's length; the highest bit says that another follows.
 const LENGTH: u16 = 0x07FF;
 const MORE: u16 = 0x8000;
-/// The first SubDevice sets it in the sender's address (ETG.1000.4, 5.3: locally administered).
+/// Bit that the first SubDevice sets in the sender's address (ETG.1000.4, 5.3: locally administered).
 const PROCESSED: u8 = 0x02;
 
 /// Command "configured address, physical read".
@@ -32,7 +32,7 @@ const MEMORY: u16 = 0x1000;
 const COE: u8 = 3;
 const EMERGENCY: u8 = 1;
 
-/// What of a datagram stays as it was: command, index, length.
+/// The parts of a datagram that stay unchanged: command, index, length.
 type Datagram = (u8, u8, u16);
 type Shape = heapless::Vec<Datagram, DATAGRAMS>;
 
@@ -44,7 +44,7 @@ pub struct InFlight {
 }
 
 impl InFlight {
-    /// Remembers a frame that leaves; it takes the place of the oldest.
+    /// Records a frame that leaves, in place of the oldest.
     pub fn sent(&mut self, frame: &[u8]) {
         if let Some(place) = self.frames.get_mut(self.next) {
             *place = shape(frame);
@@ -52,7 +52,7 @@ impl InFlight {
         self.next = (self.next + 1) % FRAMES;
     }
 
-    /// Whether a frame is one that left, and comes back for the first time.
+    /// Whether a frame has left earlier and comes back for the first time.
     pub fn returned(&mut self, frame: &[u8]) -> bool {
         if frame.get(6).is_none_or(|first| first & PROCESSED == 0) {
             return false;
@@ -68,7 +68,7 @@ impl InFlight {
     }
 }
 
-/// The datagrams of a whole EtherCAT frame; none if it is not one.
+/// The datagrams of a complete EtherCAT frame; `None` if it is not one.
 fn shape(frame: &[u8]) -> Option<Shape> {
     let (ethernet, payload) = frame.split_at_checked(ETHERNET_HEADER_BYTES)?;
     let (header, rest) = payload.split_first_chunk::<ETHERCAT_HEADER_BYTES>()?;
@@ -91,8 +91,8 @@ fn shape(frame: &[u8]) -> Option<Shape> {
     (!shape.is_empty()).then_some(shape)
 }
 
-/// Whether a mailbox holds an emergency message, at which ethercrab 0.7.1 panics (`mailbox/coe/mod.rs`). Without it the
-/// start-up fails in its time, and is tried again.
+/// Whether a mailbox holds an emergency message, at which ethercrab 0.7.1 panics (`mailbox/coe/mod.rs`). Without the message the
+/// start-up times out and is tried again.
 fn is_emergency(mailbox: &[u8]) -> bool {
     match mailbox {
         [_, _, _, _, _, protocol, _, service, ..] => {

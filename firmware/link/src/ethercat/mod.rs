@@ -1,11 +1,11 @@
 //! Force/torque sensors of ATI on EtherCAT: Axia80 and the older EtherCAT F/T.
 //!
-//! [`AtiSubDevice`] is a [`SensorDriver`](crate::sensor::SensorDriver) whose frames are what one SubDevice says at a
-//! time: how it was set up, or the process data of one exchange. Datagrams, mailboxes and states of the bus are the
-//! board's (`softdock_app::ethercat`); what they mean is decided here.
+//! [`AtiSubDevice`] is a [`SensorDriver`](crate::sensor::SensorDriver) whose frames are either the set-up of the SubDevice or the
+//! process data of one exchange. The board handles datagrams, mailboxes and states of the bus (`softdock_app::ethercat`); their
+//! meaning is decided here.
 //!
 //! Sources: SCHUNK/ATI manual 9610-05-EtherCAT Axia-09 (Axia80); nasa-jpl/jsd, `src/jsd_ati_fts.c` (EtherCAT F/T).
-//! Nothing of this was read from a sensor.
+//! None of this was verified with a sensor.
 //!
 //! | file | |
 //! |---|---|

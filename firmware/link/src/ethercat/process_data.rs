@@ -1,4 +1,4 @@
-//! Process data: what the SubDevice sends (TxPDO 0x1A00) and what it is told (RxPDO 0x1601). Numbers are little-endian.
+//! Process data: what the SubDevice sends (TxPDO 0x1A00) and receives (RxPDO 0x1601). Numbers are little-endian.
 
 /// Length of TxPDO 0x1A00: 0x6000:1 to 6, counts of force X, Y, Z and torque X, Y, Z, `i32`; 0x6010, status, `u32`;
 /// 0x6020, sample counter, `u32`.
@@ -13,7 +13,7 @@ pub struct Inputs {
     pub counts: [i32; 6],
     /// Status word.
     pub status: u32,
-    /// Rises with each sample of the sensor, wrapping.
+    /// Increases with each sample of the sensor, wrapping.
     pub sample: u32,
 }
 
@@ -46,7 +46,7 @@ impl Inputs {
     }
 }
 
-/// What the SubDevice is told.
+/// Data that the SubDevice receives.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Control {
     /// Switches the sensor's own bias off; it acts when it is switched on.

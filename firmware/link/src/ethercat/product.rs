@@ -1,4 +1,4 @@
-//! The products: identity, where the calibration stands, and in which units.
+//! The products: identity, location of the calibration, and units.
 
 use crate::can::ati::{ForceUnit, TorqueUnit};
 use crate::sensor::SensorFault;
@@ -6,8 +6,8 @@ use crate::sensor::SensorFault;
 /// Vendor number of ATI Industrial Automation.
 pub const ATI_VENDOR: u32 = 0x0000_0732;
 
-/// Most counts per unit that are believed: an Axia80 has 1,000,000 per N and per N·m. With more, a count of 32 bits
-/// would end at 21 N.
+/// Most counts per unit that are accepted: an Axia80 has 1,000,000 per N and per N·m. With more, a count of 32 bits would end at
+/// 21 N.
 pub const MAX_COUNTS_PER_UNIT: i32 = 100_000_000;
 
 /// A sensor with an EtherCAT interface.
@@ -34,7 +34,7 @@ pub struct CalibrationObject {
     pub counts_per_torque: u8,
 }
 
-/// What turns counts into N and N·m.
+/// Scale that converts counts into N and N·m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
     /// Counts per N.
@@ -67,7 +67,7 @@ impl Product {
         known.ok_or(SensorFault::Product { received: code })
     }
 
-    /// Where the calibration stands. Those of the EtherCAT F/T are counted from the layout that jsd reads by complete
+    /// Location of the calibration. For the EtherCAT F/T the sub-indices follow from the layout that jsd reads by complete
     /// access: four texts and 36 numbers of the matrix come first.
     pub const fn calibration(self) -> CalibrationObject {
         match self {
@@ -88,8 +88,7 @@ impl Product {
         }
     }
 
-    /// The code of the wire for lbf and lbf·in. The documents disagree on where counting begins: the Axia manual has 0,
-    /// jsd 1.
+    /// The code for lbf and lbf·in. The documents disagree on the first code: 0 in the Axia manual, 1 in jsd.
     const fn first_unit(self) -> u8 {
         match self {
             Self::EtherCatFt => 1,
@@ -106,7 +105,7 @@ impl Product {
         )
     }
 
-    /// The scale of what the SubDevice said.
+    /// The scale that follows from the SubDevice's set-up.
     ///
     /// # Errors
     /// A unit on which the documents do not agree, or counts per unit that no sensor has.

@@ -1,4 +1,4 @@
-//! What the bits of the status word mean; each product has its own.
+//! Meaning of the bits of the status word; each product has its own.
 
 use super::Product;
 
@@ -9,7 +9,7 @@ pub struct StatusBit {
     pub bit: u8,
     /// What it says.
     pub meaning: &'static str,
-    /// The load is beyond what the sensor measures.
+    /// The load exceeds the range of the sensor.
     saturates: bool,
 }
 
@@ -67,7 +67,7 @@ impl Product {
         }
     }
 
-    /// Whether a status word says that the load is beyond what the sensor measures.
+    /// Whether a status word shows that the load exceeds the range of the sensor.
     pub fn saturates(self, status: u32) -> bool {
         let bits = self.status_bits().iter();
         bits.filter(|bit| bit.saturates)
@@ -76,7 +76,7 @@ impl Product {
 }
 
 impl StatusBit {
-    /// The bit in its place.
+    /// The bit as a mask.
     pub const fn mask(&self) -> u32 {
         1 << self.bit
     }

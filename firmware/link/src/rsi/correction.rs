@@ -1,10 +1,8 @@
-//! The correction as decimal text will carry it: integers of the last digit, with the rounding
-//! error carried over.
+//! The correction as its decimal text carries it: integers of the last digit, with the rounding error carried over.
 //!
-//! RSI takes corrections in mm and degrees with a fixed number of decimals. What is rounded away
-//! in one cycle must come back in the next, or the robot drifts from the model. Here the whole
-//! displacement since the start is rounded and the part already sent subtracted, in integers:
-//! the sum of what was sent never differs from what was meant by more than half a last digit.
+//! RSI takes corrections in mm and degrees with a fixed number of decimals. The rounding error of one cycle must be added in the
+//! next, or the robot drifts from the model. Here the whole displacement since the start is rounded and the part already sent is
+//! subtracted, in integers: the sum of what was sent never differs from the intended value by more than half a last digit.
 //!
 //! Rotations: the robot adds A, B and C of the correction to its own A, B and C, component by
 //! component. Corrections are therefore differences of A, B, C, not rotation vectors.
@@ -14,7 +12,7 @@ use crate::decimal::nearest;
 /// Components X Y Z A B C of a correction, in units of the last digit of mm and degrees.
 pub type Counts = [i64; 6];
 
-/// Rounds and remembers what was sent.
+/// Rounds corrections; keeps the sum of what was sent.
 #[derive(Clone, Debug)]
 pub struct Corrections {
     absolute: bool,
@@ -87,7 +85,7 @@ impl Corrections {
     }
 }
 
-/// The same angle within half a turn, in counts.
+/// The same angle within half a turn, in counts; `turn` is a full turn.
 fn shortest(counts: i64, turn: i64) -> i64 {
     (counts + turn / 2).rem_euclid(turn) - turn / 2
 }

@@ -1,4 +1,4 @@
-//! What the next `IPOC` says: progress, a repetition, a loss, or a new run.
+//! Interpretation of the next `IPOC`: progress, a repetition, a loss, or a new run.
 
 /// How a telegram follows the one before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,14 +14,14 @@ pub enum Sequence {
         /// Cycles without a telegram.
         lost: u32,
     },
-    /// Older than the last one by so little that it was overtaken on its way: no cycle is for it.
+    /// Slightly older than the last one: it was overtaken on its way, and no cycle runs for it.
     Late,
     /// The time stamp went backwards or jumped: RSI was started anew, begin from zero.
     NewRun,
 }
 
-/// Cycles by which a telegram may be older than the last one without being of a new run: what a network lets overtake. A robot that
-/// starts RSI anew is silent for longer.
+/// Cycles by which a telegram may be older than the last one without belonging to a new run: as far as a network reorders. A
+/// robot that restarts RSI is silent for longer.
 const MOST_LATE_CYCLES: u64 = 3;
 
 /// Follows the `IPOC` of accepted telegrams.

@@ -1,4 +1,4 @@
-//! What the two telegrams carry.
+//! Content of the two telegrams.
 
 use crate::decimal::Decimal;
 

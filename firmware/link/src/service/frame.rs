@@ -9,9 +9,8 @@
 //! | n | payload: a message in postcard's format |
 //! | 4 | CRC-32 (ISO-HDLC) of everything before |
 //!
-//! Numbers are little-endian. COBS takes the zeros out of these bytes; a zero stands before and
-//! behind them. So a byte that is lost or changed spoils one frame and never the next: if it was
-//! the zero behind a frame, the one before the next frame ends it.
+//! Numbers are little-endian. COBS removes the zeros from these bytes; a zero precedes and follows them. So a lost or changed
+//! byte damages one frame and never the next: if it was the zero after a frame, the one before the next frame ends it.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use heapless::Vec;
@@ -28,7 +27,7 @@ pub const ENCODED_MAX_BYTES: usize = PLAIN_MAX_BYTES + PLAIN_MAX_BYTES / 254 + 1
 
 const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
-/// What a frame's payload is.
+/// Type of a frame's payload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Kind {
@@ -56,7 +55,7 @@ pub enum FrameError {
     /// Longer than any frame, or too short for one.
     #[error("bytes that are too many or too few for a frame")]
     Length,
-    /// Not what COBS makes.
+    /// Not valid COBS.
     #[error("bytes that are no frame")]
     Stuffing,
     /// A byte was lost or changed.
@@ -72,7 +71,7 @@ pub enum FrameError {
 pub struct Frame<'a> {
     /// Version of the protocol.
     pub version: u8,
-    /// What the payload is.
+    /// Type of the payload.
     pub kind: Kind,
     /// Number of the request.
     pub sequence: u16,
@@ -116,7 +115,7 @@ impl<'a> Frame<'a> {
         Ok(line)
     }
 
-    /// The frame of the bytes between two zeros; it is unpacked in their place.
+    /// Decodes the frame between two zeros, in place.
     fn decode(bytes: &'a mut [u8]) -> Result<Self, FrameError> {
         let length = cobs::decode_in_place(bytes).map_err(|_| FrameError::Stuffing)?;
         let plain = bytes.get(..length).ok_or(FrameError::Stuffing)?;
@@ -140,7 +139,7 @@ impl<'a> Frame<'a> {
     }
 }
 
-/// Puts frames together, byte by byte.
+/// Assembles frames, byte by byte.
 #[derive(Debug, Default)]
 pub struct FrameReader {
     bytes: Vec<u8, ENCODED_MAX_BYTES>,
@@ -160,7 +159,7 @@ impl FrameReader {
         }
     }
 
-    /// Takes a byte; a frame, or why there is none, when it ends one.
+    /// Takes in a byte. At the end of a frame returns the frame, or why it is invalid; else `None`.
     pub fn push(&mut self, byte: u8) -> Option<Result<Frame<'_>, FrameError>> {
         if core::mem::take(&mut self.ended) {
             self.bytes.clear();

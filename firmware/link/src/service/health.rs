@@ -1,5 +1,5 @@
-//! How robot, sensor and flash are, beyond [`Status`](super::Status) and
-//! [`Counters`](super::Counters): what is looked at before a test.
+//! State of robot, sensor and flash for the checks before a test, in addition to [`Status`](super::Status) and
+//! [`Counters`](super::Counters).
 
 use super::Text;
 use serde::{Deserialize, Serialize};
@@ -17,7 +17,7 @@ pub struct Health {
     pub sensor: Option<SensorHealth>,
 }
 
-/// What the robot said of itself in its last telegram.
+/// Content of the robot's last telegram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RobotHealth {
     /// Its counter of late or rejected answers (Delay D).
@@ -42,7 +42,7 @@ pub struct SensorHealth {
     pub saturated: bool,
 }
 
-/// What is in a slot of the flash.
+/// Content of a slot of the flash.
 #[allow(
     clippy::large_enum_variant,
     reason = "nothing is allocated; it is made, sent and forgotten"
@@ -51,7 +51,7 @@ pub struct SensorHealth {
 pub enum FlashSlot {
     /// No settings.
     Empty,
-    /// Settings that count for good.
+    /// Settings that are kept.
     Kept {
         /// Number of the set.
         sequence: u32,

@@ -1,5 +1,5 @@
-//! How the board itself is: its stack, its Ethernet, how long it takes for an answer, and what its inputs
-//! are like. For people; nothing of it enters a control cycle.
+//! State of the board itself: its stack, its Ethernet, its response times, and statistics of its inputs. For people only; no
+//! control cycle uses it.
 
 use super::Word;
 use serde::{Deserialize, Serialize};
@@ -7,20 +7,20 @@ use serde::{Deserialize, Serialize};
 /// Bins of [`AnswerTimes::histogram`]: sixteenths of a cycle, and one for whatever takes longer.
 pub const ANSWER_BINS: usize = 17;
 
-/// How the board itself is.
+/// State of the board itself.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Machine {
-    /// What ended the run before, as the chip tells; empty: a program has no such thing.
+    /// Cause of the last reset, as the chip reports; empty for a board that is a program.
     pub reset: Word,
-    /// Its stack; none where the operating system looks after it.
+    /// Its stack; `None` where an operating system manages it.
     pub stack: Option<StackUse>,
-    /// Its Ethernet; likewise.
+    /// Its Ethernet; `None` where an operating system manages it.
     pub ethernet: Option<EthernetHealth>,
-    /// From a telegram to its answer.
+    /// Times from a telegram to its answer.
     pub answers: AnswerTimes,
     /// The inputs of the last second.
     pub inputs: InputStatistics,
-    /// Cycles of the processor for an answer; none without a counter of them.
+    /// Processor cycles for an answer; `None` without a counter of them.
     pub work: Option<Work>,
 }
 
@@ -37,9 +37,9 @@ pub struct Work {
 /// The stack of a microcontroller, bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StackUse {
-    /// The deepest that it has been since boot, by what is left of the paint.
+    /// Largest depth since boot, from the intact paint.
     pub deepest: u32,
-    /// What there is.
+    /// Size of the stack.
     pub available: u32,
 }
 
@@ -62,7 +62,7 @@ pub struct AnswerTimes {
     pub last_us: u32,
     /// The longest since boot, µs.
     pub longest_us: u32,
-    /// How many took how many sixteenths of a cycle.
+    /// Number of answers by duration, in sixteenths of a cycle.
     pub histogram: [u32; ANSWER_BINS],
 }
 
@@ -74,7 +74,7 @@ impl AnswerTimes {
         histogram: [0; ANSWER_BINS],
     };
 
-    /// Takes a further one, in a robot's cycle of `cycle_us`.
+    /// Takes in a further answer; the robot's cycle lasts `cycle_us`.
     pub fn take(&mut self, took_us: u32, cycle_us: u32) {
         self.last_us = took_us;
         self.longest_us = self.longest_us.max(took_us);
@@ -92,7 +92,7 @@ impl AnswerTimes {
     }
 }
 
-/// What the inputs are like, over about a second. Roots are micromath's: up to 6 % off.
+/// Statistics of the inputs over about a second. Square roots are micromath's: up to 6 % off.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct InputStatistics {
     /// Noise of the force, rms of an axis, N: by differences from sample to sample, so that what changes

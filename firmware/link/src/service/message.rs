@@ -1,7 +1,7 @@
-//! What host and board say to each other.
+//! Messages between host and board.
 //!
-//! Changing the settings of a board goes in steps, so that it has the old set or the new one,
-//! whole, whatever happens in between:
+//! The settings of a board are changed in steps, so that it has either the old or the new set, intact, whatever happens in
+//! between:
 //!
 //! ```text
 //! Begin        a draft, equal to the settings in use
@@ -12,14 +12,13 @@
 //! Abort        give up the draft, or end the trial at once
 //! ```
 //!
-//! A host begins with a hello, which gives up the draft of the host before, and counts its frames from there. The
-//! board's answer gives the conversation a number that no other of this boot has, and hardly one of another. It takes a request only with that number, and
-//! only if it is one of the next, so that an old frame that comes again (repeated by a line, or by whoever recorded
-//! it, alone or with its hello) changes nothing.
+//! A host begins with a hello, which drops the draft of the host before, and from which its request numbers count. The board's
+//! answer gives the conversation a number that no other conversation of this boot has, and with high probability none of another
+//! boot. The board accepts a request only with that number, and only if its request number is one of the next. So a repeated old
+//! frame (from the line, or from someone who recorded it, alone or with its hello) changes nothing.
 //!
-//! Messages know nothing of the settings: a name is a path like `control.sensor.tool_mass_kg`, a
-//! value is one of a few forms. So a host program can read and change the settings of a firmware
-//! that is older or newer than itself.
+//! Messages do not depend on the settings: a name is a path like `control.sensor.tool_mass_kg`, a value has one of a few forms.
+//! So a host program can read and change the settings of a firmware that is older or newer than itself.
 
 use super::{FlashSlot, Health, LoopBack, Machine, SelfTest};
 use heapless::{String, Vec};
@@ -41,7 +40,7 @@ pub type Word = String<40>;
 /// A sentence for a person.
 pub type Text = String<200>;
 
-/// Who the board is. Its form never changes, except that fields may be added at the end.
+/// Identity of the board. Its form never changes, except that fields may be added at the end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Hello<'a> {
     /// Version of the protocol that the board speaks.
@@ -54,7 +53,7 @@ pub struct Hello<'a> {
     pub identity: &'a str,
 }
 
-/// What the host asks.
+/// Requests of the host.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Request<'a> {
     /// The setting with this number, from 0; [`Answer::End`] behind the last one.
@@ -111,7 +110,7 @@ pub enum Request<'a> {
     SelfTest(SelfTest),
 }
 
-/// What the board answers.
+/// Answers of the board.
 #[allow(
     clippy::large_enum_variant,
     reason = "nothing is allocated; it is made, sent and forgotten"
@@ -150,7 +149,7 @@ pub enum Answer<'a> {
     Slots([FlashSlot; 2]),
     /// How the board itself is.
     Machine(Machine),
-    /// What came of [`SelfTest::Can`]; none: there is no CAN controller that could, or it is busy.
+    /// Result of [`SelfTest::Can`]; `None`: there is no CAN controller that can do it, or it is busy.
     LoopBack(Option<LoopBack>),
 }
 
@@ -202,9 +201,9 @@ pub struct Entry<'a> {
     pub form: Form,
     /// The value in use.
     pub value: Value<'a>,
-    /// The value without a person's.
+    /// The default value.
     pub default: Value<'a>,
-    /// Smallest and largest value of a number, beside the other settings in use.
+    /// Smallest and largest value of a number, given the other settings in use.
     pub range: Option<(f64, f64)>,
     /// The words that it may be.
     #[serde(borrow)]

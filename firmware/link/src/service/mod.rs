@@ -4,11 +4,10 @@
 //! 0x00 COBS( header | payload | CRC-32 ) 0x00
 //! ```
 //!
-//! `frame` puts messages on a line on which bytes may be lost or changed, `message` says what they
-//! mean, `health` and `machine` what is looked at before a test, `self_test` what a new board does. The host asks, the board answers; nothing comes
-//! unasked. An answer bears the sequence
-//! number of its request. A host that gets no answer sends the same request again, and the board,
-//! which knows it by its number and checksum, answers again without doing anything twice.
+//! `frame` carries messages over a line that may lose or change bytes. `message` defines the messages, `health` and `machine` the
+//! data that are checked before a test, `self_test` the tests of a new board. The host asks and the board answers; the board
+//! never sends unasked. An answer has the sequence number of its request. A host that gets no answer sends the same request
+//! again; the board recognises it by its number and checksum, and answers again without doing anything twice.
 
 mod frame;
 mod health;

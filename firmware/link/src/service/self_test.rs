@@ -1,26 +1,26 @@
-//! What a new board is asked to do at its first power-on, beside what it tells at any time.
+//! Tests of a new board at its first power-on.
 
 use serde::{Deserialize, Serialize};
 
-/// Time after which LEDs that a test has lit say again what they have to, s.
+/// Time after which LEDs lit by a test show the state again, s.
 pub const LAMPS_S: u16 = 60;
 
-/// What it is to do. Not while the robot moves or may begin to.
+/// A test. Refused while the robot moves or may begin to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SelfTest {
-    /// Send CAN frames to itself inside of the controller: the bus sees nothing of them.
+    /// Internal loop-back of CAN frames in the controller: nothing appears on the bus.
     Can,
-    /// Light these LEDs, green, yellow, red, for [`LAMPS_S`] at most; none: what they have to say.
+    /// Light these LEDs (green, yellow, red) for at most [`LAMPS_S`]; `None`: they show the state again.
     Lamps(Option<[bool; 3]>),
-    /// Nothing any more, with interrupts off: the watchdog has to reset the board.
+    /// Hang with interrupts off: the watchdog has to reset the board.
     Hang,
 }
 
-/// Frames that a CAN controller has sent to itself.
+/// Result of a loop-back test.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LoopBack {
     /// Sent.
     pub sent: u8,
-    /// Of these, received as they were sent.
+    /// Of these, received unchanged.
     pub back: u8,
 }

@@ -21,7 +21,7 @@ const NO_ERRORS: &[u8] = b"F00\r";
 /// Every time stamp: there is no clock here. Some clients ask for stamps whenever they open the channel, and expect them.
 const NO_TIME: u16 = 0;
 
-/// What the client wants from the adapter.
+/// Request of the client to the adapter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SlcanEvent {
     /// Put this frame on the bus.
@@ -68,7 +68,7 @@ impl Slcan {
         }
     }
 
-    /// Takes a byte from the client; `reply` gets what the client is to be sent.
+    /// Takes in a byte from the client; `reply` is called with the answer to the client.
     ///
     /// Every line is complete in itself, so after any garbage the next carriage return brings both sides back in
     /// step.

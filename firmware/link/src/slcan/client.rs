@@ -1,4 +1,4 @@
-//! The client's side: what opens an adapter's channel, and its bytes into frames.
+//! The client's side: commands that open an adapter's channel, and its bytes into frames.
 
 use heapless::Vec;
 
@@ -14,7 +14,7 @@ pub const OPENING: [&[u8]; 4] = [b"\r\r\r", b"C\r", b"S8\r", b"O\r"];
 /// Closes it.
 pub const CLOSING: &[u8] = b"C\r";
 
-/// What comes from the adapter.
+/// Output of the adapter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AdapterEvent {
     /// A frame of the bus.
@@ -23,7 +23,7 @@ pub enum AdapterEvent {
     Done,
     /// A command was refused.
     Refused,
-    /// Neither: noise, a line cut short, or an adapter's private words.
+    /// Neither: noise, an incomplete line, or an extension of the adapter.
     NotUnderstood,
 }
 
@@ -103,7 +103,7 @@ mod tests {
         }
     }
 
-    /// Two lines that ran into each other: the beginning of the first would be a frame.
+    /// Two lines without the end in between: the beginning of the first would be a frame.
     #[test]
     fn a_line_longer_than_any_frame_is_none() {
         let frame = Frame::new(Id::Extended(1), &[0; 8]).unwrap();

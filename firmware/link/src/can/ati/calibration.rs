@@ -69,7 +69,7 @@ unit! {
     "kN·m" KilonewtonMetre = 6 is 1e3,
 }
 
-/// What turns strain gauge counts into a wrench.
+/// Calibration that converts strain gauge counts into a wrench.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AtiCalibration {
     /// Rows: force X, Y, Z, torque X, Y, Z. Columns: gauges 0 to 5.

@@ -47,7 +47,7 @@ impl Default for AtiConfig {
     }
 }
 
-/// What the driver is about.
+/// State of the driver.
 #[derive(Clone, Debug)]
 enum Mode {
     Resetting,
@@ -63,7 +63,7 @@ enum Mode {
     Refused(SensorFault),
 }
 
-/// What the request on its way is for.
+/// Purpose of the pending request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Purpose {
     Query,
@@ -71,7 +71,7 @@ enum Purpose {
     Fence,
 }
 
-/// The request on its way.
+/// The pending request.
 #[derive(Clone, Copy, Debug)]
 struct Pending {
     purpose: Purpose,
@@ -192,8 +192,8 @@ impl AtiDriver {
         }
     }
 
-    /// How far the driver is. [`SensorState::Resynchronising`] after a single lost answer is no reason to stop; the
-    /// age of the last reading is.
+    /// State of the driver. [`SensorState::Resynchronising`] after a single lost answer is no reason to stop; the age of the last
+    /// reading is.
     pub fn state(&self) -> SensorState {
         match (&self.mode, self.fence) {
             (Mode::Refused(fault), _) => SensorState::Failed(*fault),
@@ -204,12 +204,12 @@ impl AtiDriver {
         }
     }
 
-    /// What the driver has seen.
+    /// Counters of the driver.
     pub fn counters(&self) -> SensorCounters {
         self.counters
     }
 
-    /// What the sensor said about itself at start-up.
+    /// Identity that the sensor reported at start-up.
     pub fn identity(&self) -> AtiIdentity {
         self.identity
     }
@@ -234,7 +234,7 @@ impl AtiDriver {
         self.raise_fence();
     }
 
-    /// Gives up the request on its way if its time is over.
+    /// Gives up the pending request if its time is over.
     fn expire(&mut self, now_us: u64) {
         if self
             .pending

@@ -4,7 +4,7 @@ use super::calibration::{AtiCalibration, ForceUnit, TorqueUnit};
 use super::protocol::{Answer, Request};
 use crate::sensor::SensorFault;
 
-/// What a sensor says about itself, where it does.
+/// Identity of a sensor, as far as it reports it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AtiIdentity {
     /// Serial number, ASCII.
@@ -13,7 +13,7 @@ pub struct AtiIdentity {
     pub firmware_version: Option<(u8, u8, u16)>,
 }
 
-/// The sensor's scale as it stands on the wire.
+/// The sensor's scale as on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Scale {
     pub(super) counts_per_force: u32,
@@ -36,7 +36,7 @@ const QUERIES: [Request; 10] = [
     Request::UnitCodes,
 ];
 
-/// What an answer means for the start-up.
+/// Meaning of an answer for the start-up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(
     clippy::large_enum_variant,
@@ -53,7 +53,7 @@ pub(super) enum Progress {
     Complete(AtiCalibration, Scale),
 }
 
-/// Which query is due, and what the earlier ones brought.
+/// The query that is due, and the results of the earlier ones.
 #[derive(Clone, Debug)]
 pub(super) struct StartUp {
     next: usize,
@@ -80,7 +80,7 @@ impl StartUp {
         QUERIES.get(self.next).copied()
     }
 
-    /// Gives up the query that is due if the readings do not depend on it; returns whether they do not.
+    /// Skips the query that is due if readings do not depend on it; returns whether it was skipped.
     pub(super) fn skip_optional(&mut self) -> bool {
         let optional = self.is_optional();
         self.next += usize::from(optional);
