@@ -23,7 +23,7 @@ pub const BOOT_OPTIONS_BYTES: usize = 13;
 const MAGIC: [u8; 4] = *b"SDB3";
 /// Flag in the fifth byte.
 const START: u8 = 1;
-/// Where the number of a [`Crash`] stands in the fifth byte.
+/// Position of the number of a [`Crash`] in the fifth byte.
 const CRASH_SHIFT: u32 = 1;
 
 /// A way to crash, for tests of its report.

@@ -21,7 +21,7 @@ pub struct RobotCycle<S: Scalar, P: RobotProtocol = Rsi> {
 }
 
 impl<S: Scalar> RobotCycle<S, Rsi> {
-    /// Of a KUKA robot with the usual names of elements.
+    /// For a KUKA robot with the default names of elements.
     ///
     /// # Errors
     /// A setting is outside of its range.
@@ -33,7 +33,7 @@ impl<S: Scalar> RobotCycle<S, Rsi> {
 }
 
 impl<S: Scalar, P: RobotProtocol> RobotCycle<S, P> {
-    /// Of any robot, with settings that were checked for its protocol.
+    /// For any robot, with settings that were checked for its protocol.
     #[inline(always)] // as for the cycle itself
     pub fn with(settings: Checked, protocol: P) -> Self {
         Self {

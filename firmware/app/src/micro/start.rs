@@ -37,7 +37,7 @@ pub struct Spawners {
 /// Options that differ between boards and between starts.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
-    /// Who the firmware is.
+    /// Identity of the firmware.
     pub identity: &'static Identity,
     /// Arm and start without a person.
     pub auto_start: bool,

@@ -66,8 +66,8 @@ async fn forward<M: RawMutex>(
     }
 }
 
-/// Sends the datagrams to the recorder. Runs until the stream has ended or the socket is closed.
-/// What a socket loses shows as a gap in the numbers.
+/// Sends the datagrams to the recorder. Runs until the stream has ended or the socket is closed. Datagrams that a socket loses
+/// show as a gap in the numbers.
 pub async fn transmit<M: RawMutex>(
     mut datagrams: Receiver<'_, M, Datagram>,
     socket: &mut impl DatagramSink,

@@ -224,8 +224,8 @@ mod tests {
         }
     }
 
-    /// By the energy over that of the approach: the gain is zero if a hundredth was lost, larger the more was generated, five at
-    /// most.
+    /// The gain depends on the energy relative to that of the approach: zero if a hundredth was lost, larger the more was
+    /// generated, five at most.
     #[test]
     fn the_gain_is_switched_by_the_energy() {
         let mut law = SwitchingGain::<f64>::new(&DelaySettings::default(), CYCLE_S);

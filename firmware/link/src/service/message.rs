@@ -102,11 +102,11 @@ pub enum Request<'a> {
     Mode(&'a str),
     /// How robot and sensor are at this instant. Boards of older firmware cannot read it.
     Health,
-    /// What is in the two slots of the flash. Likewise.
+    /// Content of the two slots of the flash. Boards of older firmware cannot read it.
     Slots,
-    /// How the board itself is. Likewise.
+    /// State of the board itself. Boards of older firmware cannot read it.
     Machine,
-    /// A part of the first power-on's test. Likewise.
+    /// A part of the test at the first power-on. Boards of older firmware cannot read it.
     SelfTest(SelfTest),
 }
 
@@ -145,9 +145,9 @@ pub enum Answer<'a> {
     Refused(Refusal),
     /// How robot and sensor are.
     Health(Health),
-    /// What is in the two slots of the flash.
+    /// Content of the two slots of the flash.
     Slots([FlashSlot; 2]),
-    /// How the board itself is.
+    /// State of the board itself.
     Machine(Machine),
     /// Result of [`SelfTest::Can`]; `None`: there is no CAN controller that can do it, or it is busy.
     LoopBack(Option<LoopBack>),

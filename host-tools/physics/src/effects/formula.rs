@@ -63,7 +63,7 @@ impl ActsOn {
         "guide", "contact", "wall", "fx", "fy", "fz", "tx", "ty", "tz",
     ];
 
-    /// By its word.
+    /// From its word in a model file; `None` for any other word.
     pub fn of(word: &str) -> Option<Self> {
         match Self::WORDS.iter().position(|known| *known == word)? {
             0 => Some(Self::Guide),

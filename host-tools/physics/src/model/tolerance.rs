@@ -87,31 +87,31 @@ impl Default for ToleranceModel {
 }
 
 impl ToleranceModel {
-    /// Of the stiffness of a wall, N/m.
+    /// Tolerance of the stiffness of a wall, N/m.
     pub fn wall_stiffness(&self, wall: &WallModel) -> f64 {
         self.wall_stiffness_n_per_m
             .unwrap_or(STIFFNESS * wall.stiffness_n_per_m)
     }
 
-    /// Of the damping of a wall, N·s/m.
+    /// Tolerance of the damping of a wall, N·s/m.
     pub fn wall_damping(&self, wall: &WallModel) -> f64 {
         self.wall_damping_n_s_per_m
             .unwrap_or(DAMPING * wall.damping_n_s_per_m)
     }
 
-    /// Of the stiffness of the guide, N/m.
+    /// Tolerance of the stiffness of the guide, N/m.
     pub fn guide_stiffness(&self, stiffness_n_per_m: f64) -> f64 {
         self.guide_stiffness_n_per_m
             .unwrap_or(STIFFNESS * stiffness_n_per_m)
     }
 
-    /// Of the damping of the guide, N·s/m.
+    /// Tolerance of the damping of the guide, N·s/m.
     pub fn guide_damping(&self, damping_n_s_per_m: f64) -> f64 {
         self.guide_damping_n_s_per_m
             .unwrap_or(DAMPING * damping_n_s_per_m)
     }
 
-    /// Of a diagonal element of the tool's inertia, kg·m².
+    /// Tolerance of a diagonal element of the tool's inertia, kg·m².
     pub fn tool_inertia(&self, moment_kg_m2: f64) -> f64 {
         self.tool_inertia_kg_m2.unwrap_or(INERTIA * moment_kg_m2)
     }

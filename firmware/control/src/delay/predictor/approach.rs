@@ -17,7 +17,7 @@ use super::robot_model::{AxisState, RobotModel};
 use super::tuning::*;
 use nalgebra::ComplexField;
 
-/// What the approach has shown.
+/// Results of the identification.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Findings {
     /// Delay beyond the configured one, cycles.
@@ -26,7 +26,7 @@ pub(super) struct Findings {
     pub(super) deviation: f64,
     /// The delay was clamped to its range.
     pub(super) at_bound: bool,
-    /// What the extra delay would be without that range, cycles.
+    /// The extra delay without clamping, cycles.
     wanted: f64,
     /// Standard deviation of a measured progress, m.
     pub(super) noise_m: f64,

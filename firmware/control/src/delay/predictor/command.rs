@@ -106,7 +106,8 @@ impl ControlProblem<'_> {
     ///
     /// Reversing too early costs a pause and the rest of the contact; reversing too late costs only the displacement until then.
     /// So a reversal waits for every latency that is not refuted, as long as the contact allows it: a robot that goes on until
-    /// then, stands for a pause, and retreats as fast as it came, must leave the model a part of its rebound ([`WAITING_TAKES`]).
+    /// then, stands for a pause, and retreats as fast as it came, must not get more than a part of the rebound back
+    /// ([`WAITING_TAKES`]).
     fn soonest(&self, free: &FreeResponse) -> f64 {
         let latest = self.latest.min(self.latency + OLDER_POSE);
         let soonest = self.model.execution_delay(latest.max(self.latency));
@@ -168,7 +169,7 @@ mod tests {
     use crate::delay::spacecraft::CYCLE_S;
 
     const LATENCY: usize = 1;
-    /// Cycles from a command to its execution if the pose is as old as believed.
+    /// Cycles from a command to its execution if the pose is as old as believed, and cycles of a pause.
     const DELAY: f64 = 8.0;
     const PAUSE: f64 = 4.0;
     /// Position at which the spring of the contact is unloaded, m.

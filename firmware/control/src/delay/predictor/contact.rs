@@ -51,7 +51,7 @@ pub(super) struct Contact {
     sigma: f64,
 }
 
-/// What a new contact begins with.
+/// Initial data of a contact.
 pub(super) struct Onset<'a> {
     pub(super) velocity: V6,
     pub(super) mobility: M6,

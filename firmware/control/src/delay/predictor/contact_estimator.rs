@@ -23,7 +23,7 @@ pub(super) const DAMPING: usize = 6;
 pub(super) const OFFSET: usize = 7;
 pub(super) type Unknowns = SVector<f64, UNKNOWNS>;
 
-/// What has been measured of a contact: the sums of the normal equations.
+/// Measurements of a contact: the sums of the normal equations.
 #[derive(Clone, Debug)]
 pub(super) struct Information {
     /// p₀: positions count from here, m; in a contact the position where it began.
@@ -169,8 +169,8 @@ impl Information {
 
     /// Adds a load λ (N) at a position, with the change of the closing velocity since the onset (m/s).
     ///
-    /// Only the change enters, for which the direction of the gradient is known. The velocity before the contact is not separated
-    /// alike: a gradient that turns during the identification would turn it into a damping.
+    /// Only the change enters: it is along the contact, where the gradient is known. The velocity before the contact has other
+    /// components, too, which a gradient that turns during the identification would turn into a damping.
     pub(super) fn add(&mut self, position: &V6, change: f64, load: f64) {
         let row = self.row(position, change);
         self.take(&row, load, 1.0);

@@ -21,7 +21,7 @@ type Moves = SVector<f64, CONTROL_HORIZON>;
 /// A quantity along the horizon: now, and after 1, 2 ... cycles.
 pub(super) type Trajectory = [f64; PREDICTION_HORIZON + 1];
 
-/// What depends on the robot model alone.
+/// The part of the control that depends on the robot model alone.
 #[derive(Clone, Debug)]
 pub(super) struct DynamicMatrix {
     /// Displacement after j cycles of a command that lasts for the first one, cycles.

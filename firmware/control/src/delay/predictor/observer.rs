@@ -15,7 +15,7 @@ use crate::delay::LawInput;
 use crate::frames::{Twist, Wrench};
 use crate::scalar::Scalar;
 
-/// What is observed from cycle to cycle.
+/// State of the observer.
 #[derive(Clone, Debug)]
 pub(super) struct Observer {
     /// Number of the cycle since the law's first.

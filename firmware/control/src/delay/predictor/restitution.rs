@@ -24,7 +24,7 @@ use super::kelvin_voigt::KelvinVoigt;
 use super::tuning::*;
 use nalgebra::ComplexField;
 
-/// What all loads of a contact say about its restitution.
+/// The restitution that follows from all loads of a contact.
 pub(super) struct RestitutionEstimate {
     /// e, with the damping weighted by its probability.
     restitution: f64,

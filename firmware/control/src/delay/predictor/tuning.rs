@@ -5,7 +5,7 @@
 //! are equal by chance are two entries, as their reasons differ.
 
 crate::described! {
-/// What the predictor cannot find out, or should not.
+/// Settings that the predictor cannot identify, or should not.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]

@@ -560,7 +560,7 @@ mod tests {
         assert!((0.1..0.2).contains(&last), "{last}");
     }
 
-    /// By the cycles from the onset to a first sample at this depth. The model was slowed already by κ Ts times the depths in
+    /// The age of the onset is that of a first sample at this depth. The model was slowed already by κ Ts times the depths in
     /// between, a quarter of its speed at most. More than eight cycles do not count as an onset.
     #[test]
     fn the_onset_is_as_old_as_the_first_depth_says() {

@@ -142,7 +142,7 @@ impl LoadEffect {
         catalogued.iter().chain(own)
     }
 
-    /// By its id.
+    /// The effect with this id; `None` if the model has none.
     pub fn find(model: &Model, id: &str) -> Option<&'static Self> {
         Self::all(model).find(|effect| effect.id == id)
     }

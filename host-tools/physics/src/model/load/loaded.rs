@@ -146,7 +146,7 @@ pub struct Loaded<'a> {
 }
 
 impl<'a> Loaded<'a> {
-    /// Of some effects.
+    /// The load and the whole-reading effects among these effects.
     pub fn by(scene: &'a Scene, effects: &[Valued<'a>]) -> Self {
         let mut load = Column::default();
         for (law, p) in effects.iter().filter(|(law, _)| !law.acts_on_reading()) {

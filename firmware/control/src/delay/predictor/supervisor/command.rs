@@ -96,8 +96,8 @@ impl Supervisor {
         self.output(output)
     }
 
-    /// The largest latency that the pose may have, cycles: the believed one, if that is known or was settled in an earlier
-    /// contact.
+    /// The largest latency that the pose may have, cycles: in a contact the largest that is not refuted; the believed one without
+    /// a contact, or if the latency is known or was settled in an earlier contact.
     fn latest(&self, contact: Option<&Contact>) -> usize {
         match contact {
             Some(contact) if !self.latency_known && !self.latency_found => contact.estimator.latest,

@@ -276,7 +276,7 @@ mod tests {
                 "{load}"
             );
         }
-        // What is not significant is noise.
+        // A load that is not significant counts as noise.
         let mut supervisor = supervisor(0.0);
         (observer.load, observer.previous_load) = (x(3.0), V6::zeros());
         (0..20).for_each(|_| {
