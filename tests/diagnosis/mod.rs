@@ -1,5 +1,6 @@
 //! From logs to verdicts: import, compare, diagnose, and recorded data of real machines.
 
+mod closed_loop;
 mod command;
 mod compare_regimes;
 mod docking_hypotheses;

@@ -152,7 +152,9 @@ fn a_load_that_never_changes_says_nothing() {
     let found = verdict(&same);
     assert_eq!(found.verdict, Verdict::NotTestable, "{}", found.sentence);
     assert!(
-        found.sentence.contains("the load of what moves is the same"),
+        found
+            .sentence
+            .contains("the load of what moves is the same"),
         "{}",
         found.sentence
     );

@@ -8,8 +8,10 @@ use super::prediction_error::for_prediction::{Errors, better_ties};
 use super::prediction_error::foresight::Foresight;
 use super::question::Question;
 use super::stages::{self, Stages};
+use crate::compare::sentence::listed;
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
+use softdock_report::number;
 
 /// What is asked, and of which logs.
 pub(super) struct Asking<'a> {
@@ -107,12 +109,20 @@ impl<'a> Asking<'a> {
             ..*self.question
         };
         let stages = stages::run(self.model, self.recordings, &without, &|_, _| {})?;
-        let other = self.conclude(&stages)?;
+        let mut other = self.conclude(&stages)?;
         let [now, then] = [&answer.1, &other].map(|one| self.foresight(one));
-        Ok(match then.stays_where_runs_off(&now) {
-            true => (stages, other),
-            false => answer,
-        })
+        if !then.stays_where_runs_off(&now) {
+            return Ok(answer);
+        }
+        let off = [now.off_by(), then.off_by()].map(|off| off.unwrap_or(f64::NAN));
+        let [with, without] = off.map(|off| number::significant(off, 2));
+        let note = format!(
+            "{} would explain somewhat more, but simulated forward the motion is off by {with} times itself then, and by {without} times \
+             without. A controller that makes the command from the position looks like such a force.",
+            listed(&by_position)
+        );
+        other.diagnosis.notes.push(note);
+        Ok((stages, other))
     }
 
     fn conclude(&self, stages: &Stages) -> anyhow::Result<Outcome> {

@@ -14,6 +14,7 @@ use crate::diagnose::noise::autoregressive::LEAST;
 use crate::diagnose::noise::structure::SLOW_HZ;
 use crate::diagnose::prediction_error::error_reduction::{ErrorReduction, Refused};
 use crate::diagnose::prediction_error::log_to_log::LogToLog;
+use crate::diagnose::prediction_error::noise_of_motion::Drowned;
 use crate::diagnose::stages::Stages;
 use crate::diagnose::wrench::{self, AfterMotion, Disagreement, PreparedLog, Ripple};
 use softdock_physics::effects::{CATALOGUE, Effect};
@@ -275,16 +276,25 @@ impl Answer<'_> {
                 listed(ids)
             )
         });
-        let run_off = reduction.run_off.iter().map(|(id, off)| {
-            let [without, with] = off.map(|off| number::significant(100.0 * off, 3));
+        let drowned = reduction.drowned.iter().map(|(id, why)| {
+            let why = match why {
+                Drowned::Noise(share) => format!(
+                    "{} of the squared acceleration is noise of the recorded motion",
+                    small_share(*share)
+                ),
+                Drowned::RunsOff(off) => {
+                    let [without, with] = off.map(|off| number::significant(off, 2));
+                    format!("simulated forward the motion is off by {with} times itself with it, by {without} times without")
+                }
+            };
             format!(
-                "{id} is not named: simulated forward the motion is off by {with} % of itself with it, and by {without} % without. Noise of the \
-                 acceleration makes a mass look smaller than it is: a [filter] in the mapping of the import with a lower cutoff keeps the noise down."
+                "{id} is not named: {why}. Noise of the acceleration makes a mass or an inertia look smaller than it is; a [filter] in \
+                 the mapping of the import with a lower cutoff keeps it down."
             )
         });
         curves
             .chain(same)
-            .chain(run_off)
+            .chain(drowned)
             .chain(undetermined)
             .chain(done_without)
             .chain(refused)
@@ -314,7 +324,17 @@ impl Answer<'_> {
                 100.0 * (1.0 - after / before)
             )
         });
-        let mut notes: Vec<String> = late.chain(refitted).collect();
+        /// Share of noise in the squared acceleration from which it is mentioned.
+        const MENTIONED: f64 = 0.05;
+        let noisy = reduction.noisy.iter().filter(|noisy| noisy.1 > MENTIONED);
+        let noisy = noisy.map(|(id, share)| {
+            format!(
+                "Of the squared acceleration {} is noise of the recorded motion, which makes {id} too small by as much: its interval reaches up to \
+                 what it would be without the noise.",
+                small_share(*share)
+            )
+        });
+        let mut notes: Vec<String> = late.chain(refitted).chain(noisy).collect();
         let named = || reduction.named.iter().map(|(named, _)| named);
         if !matches!(self.verdict, Verdict::Unexplained | Verdict::LogsDisagree) {
             notes.extend(named().filter_map(|one| one.choice(of_a_rig(self.stages))));

@@ -52,7 +52,7 @@ pub(crate) fn conclude(
     // counts as left.
     let refused = reduction.refused.iter().flat_map(|r| &r.ids);
     let refused = refused.chain(&reduction.undetermined);
-    let refused = refused.chain(reduction.run_off.iter().map(|(id, _)| id));
+    let refused = refused.chain(reduction.drowned.iter().map(|(id, _)| id));
     let refused: Vec<&String> = refused.filter(|_| found.is_empty()).collect();
     let left = left_over(model, stages, &predictions, (&named, &refused));
     let in_sample = recordings.fitted == recordings.all.len();

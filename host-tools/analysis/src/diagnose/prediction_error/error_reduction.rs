@@ -4,9 +4,9 @@ use super::for_prediction;
 use super::foresight::off_by;
 use super::late_by_foretelling;
 use super::left_over::left_of_actuator;
+use super::noise_of_motion::{DROWNED, Drowned, Moved};
 use super::reversal;
-use crate::diagnose::catalogue::is_of_the_tool;
-use crate::diagnose::evidence::{FORETELLS, RISES, RUNS_OFF};
+use crate::diagnose::evidence::{FORETELLS, RISES, RUNS_OFF, STAYS};
 use crate::diagnose::logs::Logs;
 use crate::diagnose::named::{Named, with_effects};
 use crate::diagnose::question::Question;
@@ -39,9 +39,10 @@ pub(crate) struct ErrorReduction {
     pub done_without: Vec<String>,
     /// Ids of effects that are not named, as the intervals of all their parameters include 0.
     pub undetermined: Vec<String>,
-    /// Masses and inertias that are not named, as the simulated motion runs off with them, and how far that is off without and with
-    /// each, relative to the motion.
-    pub run_off: Vec<(String, [f64; 2])>,
+    /// Ids of masses and inertias that are not named, as they follow from an acceleration that is mostly noise.
+    pub drowned: Vec<(String, Drowned)>,
+    /// Ids of named masses and inertias with the share of noise in the squared acceleration, by which their intervals are wider.
+    pub noisy: Vec<(String, f64)>,
 }
 
 /// Effects with which the error is larger, or hardly smaller where structure is left or errors of form may be all that they
@@ -73,14 +74,15 @@ impl ErrorReduction {
         let mut known = Known::new(model, recordings, found, stages, asked);
         let mut everything: Vec<usize> = (0..known.all.len()).collect();
         known.refit(&everything)?;
-        let (run_off, undetermined, refused) = match asked {
+        let (drowned, undetermined, refused) = match asked {
             true => (Vec::new(), Vec::new(), Vec::new()),
             false => (
-                known.without_lost_mass(&mut everything)?,
+                known.without_drowned(&mut everything)?,
                 known.without_vague(&mut everything)?,
                 known.refuse(&mut everything)?,
             ),
         };
+        let noisy = known.widened_by_noise(&everything)?;
         let named = known.shares(&everything)?;
         let order: Vec<usize> = named.iter().map(|(k, _)| *k).collect();
         let steps = known.steps(&order)?;
@@ -97,7 +99,8 @@ impl ErrorReduction {
             refused,
             refitted,
             undetermined,
-            run_off,
+            drowned,
+            noisy,
             late,
             done_without,
         };
@@ -327,33 +330,59 @@ impl<'a> Known<'a> {
         Ok(())
     }
 
-    /// Removes errors of a mass or an inertia with which hardly any of it is left, so that the simulated motion
-    /// [runs off](RUNS_OFF). Noise of the acceleration makes a regression find less mass than moves (errors in variables).
-    fn without_lost_mass(
+    /// Removes a mass or an inertia that follows from an acceleration which is mostly noise: by the noise of the model file, or by
+    /// what noise of another kind leads to, so little mass that the simulated motion [runs off](RUNS_OFF) and does not without the
+    /// effect.
+    fn without_drowned(
         &mut self,
         effects: &mut Vec<usize>,
-    ) -> anyhow::Result<Vec<(String, [f64; 2])>> {
+    ) -> anyhow::Result<Vec<(String, Drowned)>> {
         let mut gone = Vec::new();
         for k in effects.clone() {
-            let id = self.all[k].effect.id.clone();
-            if !is_of_the_tool(&id) {
+            if Moved::of(self.model, &self.all[k].effect).is_none() {
                 continue;
             }
             let others = without(effects, k);
+            let share = self.share_of_noise(effects, k)?;
             let off = [&others, &*effects].map(|effects| {
                 let model = with_effects(self.model, effects.iter().map(|k| &self.all[*k]));
                 off_by(&model, self.recordings.test())
             });
-            if let [Some(less), Some(with)] = off
-                && with > RUNS_OFF
-                && with > RUNS_OFF * less
-            {
-                gone.push((id, [less, with]));
-                *effects = others;
-                self.refit(effects)?;
-            }
+            let drowned = match off {
+                _ if share > DROWNED => Drowned::Noise(share),
+                [Some(less), Some(with)] if with > RUNS_OFF && with > STAYS * less => {
+                    Drowned::RunsOff([less, with])
+                }
+                _ => continue,
+            };
+            gone.push((self.all[k].effect.id.clone(), drowned));
+            *effects = others;
+            self.refit(effects)?;
         }
         Ok(gone)
+    }
+
+    /// Widens the intervals of what follows from the acceleration by what noise takes of it. Returns ids with the share of noise.
+    fn widened_by_noise(&mut self, effects: &[usize]) -> anyhow::Result<Vec<(String, f64)>> {
+        let mut widened = Vec::new();
+        for &k in effects {
+            let share = self.share_of_noise(effects, k)?;
+            if let Some(moved) = Moved::of(self.model, &self.all[k].effect) {
+                moved.widen(&mut self.all[k], share);
+                widened.push((self.all[k].effect.id.clone(), share));
+            }
+        }
+        Ok(widened)
+    }
+
+    /// See [`Moved::share_of_noise`]; 0 for an effect that is no mass and no inertia.
+    fn share_of_noise(&mut self, effects: &[usize], k: usize) -> anyhow::Result<f64> {
+        let Some(moved) = Moved::of(self.model, &self.all[k].effect) else {
+            return Ok(0.0);
+        };
+        let model = with_effects(self.model, effects.iter().map(|k| &self.all[*k]));
+        let predictions = self.predicted(effects)?;
+        moved.share_of_noise(&model, self.recordings.train(), predictions.train())
     }
 
     /// Removes effects whose intervals do not exclude that they are absent, one at a time; an effect without which unseen data

@@ -2,7 +2,7 @@
 
 use super::for_prediction::Errors;
 use crate::compare::free_simulation::simulate;
-use crate::diagnose::evidence::{FORETELLS, MOVES, RISES, RUNS_OFF};
+use crate::diagnose::evidence::{DRIVES_AWAY, FORETELLS, MOVES, RISES, RUNS_OFF, STAYS};
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 use softdock_physics::model::prediction::signals::Signals;
@@ -56,22 +56,22 @@ impl<'a> Foresight<'a> {
                 .is_some_and(|other| own.powi(2) < MOVES * other.powi(2))
         };
         let moves = || self.off_by().is_some_and(|own| own < 1.0 && is_less(own));
-        self.is_nearly_as_good_as(other) && moves()
+        self.is_as_good_as(other, FORETELLS) && moves()
     }
 
-    /// Whether its simulated motion stays with the machine, while that of the other one [runs off](RUNS_OFF), and it predicts each
-    /// instant about as well. A controller that makes the command from the position looks like a force by position, of the sign
-    /// that drives away what is there.
+    /// Whether its simulated motion stays, while that of the other one [runs off](RUNS_OFF), and its error at each instant is hardly
+    /// larger. A controller that makes the command from the position looks like a force by position, of the sign that drives away
+    /// what is there.
     pub(crate) fn stays_where_runs_off(&self, other: &Self) -> bool {
-        let stays = |own: f64, other: f64| other > RUNS_OFF && own * RUNS_OFF < other;
+        let stays = |own: f64, other: f64| other > RUNS_OFF && own * STAYS < other;
         let is_closer = || Some(stays(self.off_by()?, other.off_by()?));
-        self.is_nearly_as_good_as(other) && is_closer() == Some(true)
+        self.is_as_good_as(other, DRIVES_AWAY) && is_closer() == Some(true)
     }
 
-    /// Whether neither error at each instant is larger than the other one's by the factor [`FORETELLS`].
-    fn is_nearly_as_good_as(&self, other: &Self) -> bool {
+    /// Whether neither error at each instant is larger than the other one's by this factor.
+    fn is_as_good_as(&self, other: &Self, factor: f64) -> bool {
         let [own, others] = [self, other].map(|one| &one.errors);
-        own.unseen < FORETELLS * others.unseen && own.of_fit < FORETELLS * others.of_fit
+        own.unseen < factor * others.unseen && own.of_fit < factor * others.of_fit
     }
 
     /// See [`off_by`].

@@ -6,4 +6,5 @@ pub(crate) mod foresight;
 pub(crate) mod late_by_foretelling;
 pub(crate) mod left_over;
 pub(crate) mod log_to_log;
+pub(crate) mod noise_of_motion;
 pub(crate) mod reversal;

@@ -1,0 +1,97 @@
+//! What noise of the acceleration does to a mass or an inertia that follows from it.
+//!
+//! A regression on a noisy quantity finds too small a factor: where a share λ of the squared acceleration is noise, it finds 1 − λ of
+//! what moves (errors in variables; Fuller 1987, Measurement Error Models, section 1.1).
+
+use crate::diagnose::named::Named;
+use softdock_io::recording::Recording;
+use softdock_physics::effects::by_id;
+use softdock_physics::model::prediction::Prediction;
+use softdock_physics::model::prediction::signals::Signals;
+use softdock_physics::model::{Axis, Channel, EffectModel, Model};
+
+/// Share of noise in the squared acceleration from which a mass that follows from it is not named: less than half of it is found.
+pub(super) const DROWNED: f64 = 0.5;
+
+/// Why a mass or an inertia is not named.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Drowned {
+    /// Share of noise in the squared acceleration.
+    Noise(f64),
+    /// How far the simulated motion is off without and with it, relative to the motion.
+    RunsOff([f64; 2]),
+}
+
+/// Mass that moves along a single axis, kg, or moment of inertia about it, kg·m², by a model and an effect that corrects it.
+pub(super) struct Moved {
+    axis: Axis,
+    /// The parameter of the effect.
+    name: &'static str,
+    nominal: f64,
+    /// Nominal value and correction.
+    whole: f64,
+}
+
+impl Moved {
+    /// `None` if several axes move, or the effect is no correction of what moves.
+    pub(super) fn of(model: &Model, effect: &EffectModel) -> Option<Self> {
+        let [axis] = model.rig.active_axes[..] else {
+            return None;
+        };
+        let (nominal, unit) = match axis.is_rotation() {
+            true => (model.inertia_about_bearing(), "kg·m²"),
+            false => (model.tool.mass_kg, "kg"),
+        };
+        let mut parameters = by_id(&effect.id)?.parameters.iter();
+        let correction = parameters.find(|p| p.of_the_tool != 0.0 && p.unit == unit)?;
+        let correction_of = effect.parameters.get(correction.name)?;
+        Some(Self {
+            axis,
+            name: correction.name,
+            nominal,
+            whole: nominal + correction_of,
+        })
+    }
+
+    /// Share of noise in the squared acceleration of some logs, from 0 to 1. The noise is that of the model file, through the
+    /// differences and the filter of the log; of noise that is less there than at higher frequencies this is too much, and what
+    /// the predictions leave of the wrench bounds it: they leave at least the noise times what moves.
+    pub(super) fn share_of_noise(
+        &self,
+        model: &Model,
+        recordings: &[&Recording],
+        predictions: &[Prediction],
+    ) -> anyhow::Result<f64> {
+        let axis = self.axis.index();
+        let (mut noise, mut all, mut left) = (0.0, 0.0, 0.0);
+        for (recording, prediction) in recordings.iter().zip(predictions) {
+            let signals = Signals::new(recording)?;
+            let (_, sigma) = signals.motion_sigma(model);
+            let wrench = prediction.channel(Channel::Wrench);
+            for n in 0..signals.len() {
+                let motion = signals.motion(n).zip(wrench.residual(n, self.axis));
+                let Some((motion, residual)) = motion else {
+                    continue;
+                };
+                noise += sigma[axis].powi(2);
+                all += motion.acceleration.get()[axis].powi(2);
+                left += residual.powi(2);
+            }
+        }
+        let at_most = left / self.whole.powi(2);
+        // Without any acceleration nothing is noise.
+        Ok((noise.min(at_most) / all.max(f64::MIN_POSITIVE)).min(1.0))
+    }
+
+    /// Widens the interval of the correction so that it holds what moves if the noise has taken its share.
+    pub(super) fn widen(&self, named: &mut Named, share: f64) {
+        let Some(estimate) = named.estimates.get(self.name).cloned() else {
+            return;
+        };
+        let most = (self.nominal + estimate.high) / (1.0 - share) - self.nominal;
+        let ends = [estimate.low, estimate.high.max(most)];
+        *named = named
+            .clone()
+            .within(self.name, estimate.value, ends, &estimate.unit);
+    }
+}
