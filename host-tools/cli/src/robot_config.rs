@@ -7,9 +7,9 @@ use softdock_link::rsi::Tags;
 use std::fmt::Write;
 use std::net::SocketAddr;
 
-/// POSCORR limits over the board's own box: the board must clamp first, because it says so.
+/// POSCORR limits relative to the board's own limits. The board must clamp first, because it reports it and POSCORR does not.
 const POSCORR_MARGIN: f64 = 1.2;
-/// POSCORRMON limits over POSCORR's.
+/// POSCORRMON limits relative to those of POSCORR.
 const POSCORRMON_MARGIN: f64 = 1.2;
 /// ETHERNET object: decimals of what the robot sends. The default of 1 is 0.1 mm.
 const PRECISION: u32 = 6;

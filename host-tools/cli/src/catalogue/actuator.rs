@@ -12,7 +12,7 @@ use softdock_physics::effects::{Actuator, Effect, Law};
 /// Commands that the delay line of a picture can hold.
 const COMMANDS_IN_FLIGHT: usize = 64;
 
-/// From the velocity commanded in a step to the one executed.
+/// Maps the velocity commanded in a simulation step to the velocity executed in it, m/s.
 type Axis = Box<dyn FnMut(f64) -> f64>;
 
 pub(super) fn picture(effect: &Effect, size: &Size) -> Result<Picture> {
@@ -25,7 +25,7 @@ pub(super) fn picture(effect: &Effect, size: &Size) -> Result<Picture> {
     ))
 }
 
-/// What an axis makes of the command.
+/// Response of the axis to the velocity command of the excitation: executed velocity (m/s) over time (s).
 fn executed(mut axis: Axis) -> Curve {
     instants(REVERSAL_S)
         .map(|t| (t, axis(reversal_command(t))))
@@ -48,7 +48,7 @@ fn axis(effect: &Effect, size: &Size) -> Result<Axis> {
     }
 }
 
-/// A delay line takes whole cycles, and is asked for each step of them.
+/// A pure delay. The delay line takes one command per cycle and is read once per simulation step.
 fn delay(delay_s: f64) -> Result<Axis> {
     let mut line = TransportDelay::<1, COMMANDS_IN_FLIGHT>::new(delay_s, CYCLE_S)?;
     let mut step = 0;

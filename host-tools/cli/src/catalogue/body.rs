@@ -27,7 +27,8 @@ pub(super) fn picture(effect: &Effect, size: &Size) -> Result<Picture> {
     }
 }
 
-/// What the rig's model does under a push, or, where its inertia is another one, about z.
+/// Velocity of the simulated spacecraft under a push. Where `change` alters the inertia, the push is a torque about z and the
+/// curve is the angular rate.
 pub(super) fn spacecraft(size: &Size, change: impl Fn(&mut BodySettings)) -> Picture {
     let nominal = BodySettings {
         mass_kg: SPACECRAFT_KG,
@@ -63,7 +64,8 @@ pub(super) fn spacecraft(size: &Size, change: impl Fn(&mut BodySettings)) -> Pic
     )
 }
 
-/// Increments of the position from cycle to cycle.
+/// Position increments from cycle to cycle, with a jitter of the sampling instants: `deviation` turns standard normal noise
+/// into the error of an instant, s.
 fn jitter(size: &Size, deviation: impl Fn(f64) -> f64) -> Picture {
     let increments = |deviation: &dyn Fn(f64) -> f64| -> Curve {
         let mut noise = RandomStream::new(1, 0);
@@ -86,7 +88,7 @@ fn jitter(size: &Size, deviation: impl Fn(f64) -> f64) -> Picture {
     )
 }
 
-/// Force over the penetration that the log pairs with it, where that is stamped late.
+/// Contact force over the penetration that the log pairs with it, where the penetration is older by `late_s`.
 fn offset(size: &Size, late_s: f64) -> Picture {
     let paired = |late_s: f64| -> Curve {
         let row = |t: f64| (bounce(t - late_s).position, wall_push(bounce(t).position));
@@ -100,7 +102,7 @@ fn offset(size: &Size, late_s: f64) -> Picture {
     )
 }
 
-/// Position, integrated with the real length of the cycles.
+/// Position over time where one nominal second really lasts `second_s`.
 fn rate(size: &Size, second_s: f64) -> Picture {
     let travelled = |second_s: f64| -> Curve {
         let mut position = 0.0;

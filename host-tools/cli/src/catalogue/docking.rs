@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 use nalgebra::Vector3;
 use softdock_mechanism::{Kind, Mechanism, Relative};
 
-/// One mechanism of each sort, in the order in which an effect looks for the one that it changes.
+/// One mechanism of each kind. An effect is pictured on the first one that it changes.
 const MECHANISMS: [&str; 3] = [
     r#"{"two_stage": {"preload_n": 20, "stiffness_n_per_m": 5e3, "second_stage_m": 0.05,
         "second_stiffness_n_per_m": 4e4, "brake_n": 5, "seat_stiffness_n_per_m": 1e6}}"#,
@@ -20,10 +20,10 @@ const MECHANISMS: [&str; 3] = [
         "petals": {"angle_rad": 0.7, "length_m": 0.2, "clearance_m": 0.003, "edge_radius_m": 0.6},
         "surface": {"stiffness_n_per_m": 5e5}}}"#,
 ];
-/// J moves beside the axis by so much, m.
+/// Lateral offset of J from the mechanism's axis, m.
 const BESIDE_M: f64 = 0.002;
 
-/// Force along the axis over the way in and out, nominal and changed.
+/// Force along the axis over time, while the surface moves in and out: with the nominal mechanism, and with the changed one.
 pub(super) fn picture(size: &Size, change: impl Fn(&mut Kind)) -> Result<Picture> {
     let mechanisms = MECHANISMS.iter().map(|text| serde_json::from_str(text));
     let mechanisms: Vec<Kind> = mechanisms.collect::<Result<_, _>>()?;

@@ -28,7 +28,7 @@ pub fn lesson(effect: &Effect, picture: &Picture) -> String {
     text
 }
 
-/// The same as a page with a plot.
+/// The lesson as a page with a plot.
 ///
 /// # Errors
 ///

@@ -14,7 +14,7 @@ use softdock_physics::effects::{
     Direction, Effect, Facing, Law, Penetration, Reversal, Slide, Values,
 };
 
-/// What turns is pictured turning by 1.5 rad to each side, rad per m of the sliding motion.
+/// Angle per metre of the sliding motion, rad/m: rotations are pictured with an amplitude of 1.5 rad to each side.
 const TURN_PER_M: f64 = 500.0;
 
 pub(super) fn picture(effect: &Effect, size: &Size) -> Result<Picture> {
@@ -33,7 +33,7 @@ pub(super) fn picture(effect: &Effect, size: &Size) -> Result<Picture> {
                 };
                 (law.force)(&p, &slide)
             };
-            // What has to be built up is a loop over the position.
+            // A friction that builds up over a distance is a hysteresis loop over the position.
             match matches!(reversal, Reversal::OverDistance(_) | Reversal::BoucWen(_)) {
                 true => sliding(size, ["position [m]", force], |m| m.position, along),
                 false => sliding(size, ["velocity [m/s]", force], |m| m.velocity, along),
@@ -64,7 +64,7 @@ pub(super) fn picture(effect: &Effect, size: &Size) -> Result<Picture> {
     })
 }
 
-/// No force, and that of a law, over a quantity of the sliding motion.
+/// Force over a quantity of the sliding motion: zero without the effect, `force` with it.
 fn sliding(
     size: &Size,
     labels: [&'static str; 2],
@@ -77,7 +77,7 @@ fn sliding(
     Picture::new(Excitation::Slide, size, labels, [without, with])
 }
 
-/// Push over penetration, without and with a further push; a wall cannot pull.
+/// Contact force over penetration, without and with an additional force; a wall cannot pull.
 fn bouncing(size: &Size, further: impl Fn(&Penetration) -> f64) -> Picture {
     let curve = |further: &dyn Fn(&Penetration) -> f64| -> Curve {
         let push = |m: Motion| {
@@ -100,7 +100,7 @@ fn bouncing(size: &Size, further: impl Fn(&Penetration) -> f64) -> Picture {
     Picture::new(Excitation::Bounce, size, labels, curves)
 }
 
-/// Force over position; `depth` makes the penetration of a wall from the nominal one.
+/// Force over position between two walls; `depth` computes the penetration of a wall from the nominal one.
 fn both_walls(size: &Size, depth: impl Fn(f64, &Facing) -> f64) -> Picture {
     let facing = |along_axis, number| Facing { along_axis, number };
     let force = |x: f64, depth: &dyn Fn(f64, &Facing) -> f64| {

@@ -3,10 +3,10 @@
 use softdock_physics::effects::{CATALOGUE, Effect, Group, Naming};
 use softdock_report::{Cell, Column, Table};
 
-/// Parameters that are listed one by one; of more, the first and the last are named.
+/// Up to so many parameters are listed one by one; of more, only the first and the last are shown.
 const LISTED: usize = 6;
 
-/// A group with its effects: title and parameters of each, and below them what it does.
+/// A table of the effects of a group: title and parameters of each, and below them what the effect does.
 pub fn overview(group: Group) -> Table {
     let mut table = Table::new(vec![
         Column::text("Effect"),

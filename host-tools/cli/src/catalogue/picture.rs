@@ -26,8 +26,8 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// A picture of an effect of this size; `labels` are those of x and y, `curves` those without
-    /// and with it.
+    /// A picture of an effect of this size. `labels` are those of x and y; `curves` are the quantity without and with the
+    /// effect.
     pub(super) fn new(
         excitation: Excitation,
         size: &Size,

@@ -1,4 +1,4 @@
-//! Pictures of the sensor's effects: what is read of a wrench.
+//! Pictures of the sensor's effects: the reading that a wrench gives.
 
 use super::excitation::{
     BOUNCE_S, Excitation, SLIDE_S, STEP_S, bounce, instants, slide, tilts, wall_push,
@@ -17,7 +17,7 @@ const TOOL_KG: f64 = 5.0;
 const TOOL_COM_M: [f64; 3] = [0.0, 0.0, 0.1];
 /// Steps between two readings of a slow bus: 8 ms.
 const STEPS_PER_READING: usize = 16;
-/// What is said of the components of a wrench.
+/// Labels of the wrench's components.
 const COMPONENTS: [&str; 6] = [
     "force fx [N]",
     "force fy [N]",
@@ -26,10 +26,10 @@ const COMPONENTS: [&str; 6] = [
     "torque ty [N m]",
     "torque tz [N m]",
 ];
-/// Lever at which a torque counts as much as a force, m.
+/// Lever that makes torques comparable to forces when the component to draw is chosen, m.
 const LEVER_M: f64 = 0.02;
 
-/// Wrenches over what changes, without and with an effect.
+/// Wrenches without and with an effect, over the quantity on the x axis.
 type Wrenches = Vec<(f64, [Wrench<f64>; 2])>;
 
 pub(super) fn picture(effect: &Effect, size: &Size) -> Result<Picture> {
@@ -75,7 +75,7 @@ pub(super) fn picture(effect: &Effect, size: &Size) -> Result<Picture> {
     })
 }
 
-/// The component that changes most, without and with an effect.
+/// Draws the wrench component that the effect changes most, torques divided by [`LEVER_M`].
 fn shown(excitation: Excitation, size: &Size, over: &'static str, wrenches: Wrenches) -> Picture {
     let weight = |axis: usize| if axis < 3 { 1.0 } else { 1.0 / LEVER_M };
     let change = |axis: usize| -> f64 {
@@ -107,8 +107,8 @@ fn contact(time_s: f64) -> Wrench<f64> {
     Wrench::of(&[wall_push(bounce(time_s).position), 0.0, 0.0, 0.0, 0.0, 0.0])
 }
 
-/// Error of the wrench while the sensor turns about its y axis; of what only motion shows, while it
-/// slides.
+/// Error of the wrench while the sensor turns slowly about its y axis. An effect that is zero at rest is shown while the
+/// sensor slides.
 fn tool(size: &Size, wrench: impl Fn(&ToolState) -> Wrench<f64>) -> Picture {
     let hanging = ToolState::hanging(TOOL_KG, TOOL_COM_M);
     let turned = |tilt: f64| {

@@ -16,7 +16,7 @@ impl Size {
         }
     }
 
-    /// The values of all parameters, in their order; one that is not pictured has its default.
+    /// The values of all parameters, in the effect's order. A parameter without a pictured value has its default.
     pub(super) fn values(&self) -> Vec<f64> {
         let value = |p: &Parameter| match p.pictured {
             0.0 => p.default(),

@@ -17,7 +17,7 @@ const DOTS: (u32, u32) = (2 * COLUMNS as u32, 4 * ROWS as u32);
 /// Width of the labels of y, characters.
 const LABEL: usize = 9;
 
-/// Smallest and largest finite value, apart by at least a little.
+/// Smallest and largest finite value, widened where they coincide.
 fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let finite = values.filter(|value| value.is_finite());
     let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
@@ -32,7 +32,7 @@ fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     }
 }
 
-/// A curve between these ends of x and of y, as rows of Braille.
+/// A curve within the ranges `x` and `y`, as rows of Braille characters.
 fn braille(points: &[(f64, f64)], x: (f64, f64), y: (f64, f64)) -> Vec<String> {
     let along = |value: f64, (low, high): (f64, f64), dots: u32| {
         ((value - low) / (high - low) * f64::from(dots - 1)).round() as u32
@@ -41,7 +41,7 @@ fn braille(points: &[(f64, f64)], x: (f64, f64), y: (f64, f64)) -> Vec<String> {
         let down = DOTS.1 - 1 - along(point.1, y, DOTS.1);
         (along(point.0, x, DOTS.0), down)
     };
-    // The size of a canvas is that of its last dot.
+    // A canvas takes the indices of its last dot, not its size.
     let mut canvas = Canvas::new(DOTS.0 - 1, DOTS.1 - 1);
     for pair in points.windows(2) {
         if pair.iter().all(|(x, y)| x.is_finite() && y.is_finite()) {

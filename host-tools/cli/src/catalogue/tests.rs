@@ -4,7 +4,7 @@ use super::*;
 use softdock_physics::effects::{CATALOGUE, by_id};
 use softdock_report::Plot;
 
-/// Largest difference of two curves over the span of both.
+/// Largest difference of two curves, as a share of the range that both cover.
 fn contrast(picture: &Picture) -> f64 {
     let pairs = picture.without.iter().zip(&picture.with);
     let largest = |difference: fn(&(f64, f64), &(f64, f64)) -> f64, of: fn(&(f64, f64)) -> f64| {
@@ -65,7 +65,7 @@ fn a_lesson_holds_everything_that_the_catalogue_knows() {
     }
 }
 
-/// A pause of 30 ms: 60 steps of exactly zero behind the reversal, which begins at 0.304 s.
+/// A pause of 30 ms is 60 simulation steps of exactly zero velocity after the reversal, which begins at 0.304 s.
 #[test]
 fn the_picture_of_the_pause_is_the_equation() {
     let picture = picture(by_id("zero_cross_pause").unwrap()).unwrap();

@@ -78,7 +78,7 @@ impl Add {
         self.show(diagnosis, &moved, &logs, &difference, true)
     }
 
-    /// What is added, and what of the effects that the model had moves with it.
+    /// Fits the effects to add. Returns the report, and the effects of the model whose parameters changed by the joint fit.
     fn fitted(&self, model: &Model, logs: &Logs) -> Result<(Report, Vec<Refitted>)> {
         let progress = Progress::of_steps();
         let told = |share: f64, what: &str| progress.show(share, what);

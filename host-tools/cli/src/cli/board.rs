@@ -106,7 +106,7 @@ impl Board {
     }
 }
 
-/// Settings that a board may use.
+/// Reads the settings of a board from a file and validates them.
 pub(super) fn checked(path: &Path) -> Result<BoardSettings> {
     let settings: BoardSettings = input::load(path)?;
     settings
@@ -115,7 +115,8 @@ pub(super) fn checked(path: &Path) -> Result<BoardSettings> {
     Ok(settings)
 }
 
-/// Takes the records of a board with these settings into the next file.
+/// Begins the next file of the recording for a board with these settings. Returns the function that writes its records;
+/// without `output` it drops them.
 fn recording(output: Option<Arc<Mutex<Pieces>>>, settings: &BoardSettings) -> Result<Record> {
     let Some(output) = output else {
         return Ok(Box::new(|records| {
@@ -128,7 +129,7 @@ fn recording(output: Option<Arc<Mutex<Pieces>>>, settings: &BoardSettings) -> Re
         settings_toml: toml_edit::ser::to_string_pretty(settings)?,
         ..Header::default()
     };
-    // One board at a time has it.
+    // Only one board runs at a time, so nobody else holds the lock.
     let locked = || output.lock().unwrap_or_else(PoisonError::into_inner);
     locked().begin(header)?;
     Ok(Box::new(move |records| {

@@ -136,7 +136,7 @@ impl Sensor {
         self.give(&found, &self.origin())
     }
 
-    /// What the recordings tell.
+    /// Zero and tool as the recordings determine them.
     fn calibrated(&self, all: &[Read]) -> Result<Calibration> {
         let first = all.first();
         let sensor = self.sensor(first)?;
@@ -169,7 +169,7 @@ impl Sensor {
         Ok(found)
     }
 
-    /// Recordings of a pose each in which the robot never rests, in sentences.
+    /// A sentence for each recording in which the robot never rests, where each is meant to hold one pose.
     fn without_a_pose(&self, all: &[Read]) -> Result<Vec<String>> {
         let mut told = Vec::new();
         for (path, read) in self.recording.iter().zip(all) {
@@ -180,7 +180,7 @@ impl Sensor {
         Ok(told)
     }
 
-    /// What the answer comes from, in words.
+    /// Which recordings the answer comes from, in words.
     fn origin(&self) -> String {
         match self.recording.as_slice() {
             [first, .., last] => format!(
@@ -193,7 +193,7 @@ impl Sensor {
         }
     }
 
-    /// All recordings; they are of one sensor on one flange, or the settings are named.
+    /// Reads all recordings. An error if they differ in the sensor's mounting or in gravity and no settings decide.
     fn read(&self) -> Result<Vec<Read>> {
         let read = |path: &PathBuf| read(path, self.mapping.as_deref());
         let all: Vec<Read> = self.recording.iter().map(read).collect::<Result<_>>()?;
@@ -220,7 +220,7 @@ impl Sensor {
         Ok(all)
     }
 
-    /// Writes and prints what was found.
+    /// Writes and prints the calibration.
     fn give(&self, found: &Calibration, origin: &str) -> Result<()> {
         for remark in found.remarks() {
             say!("note: {remark}");
@@ -236,8 +236,8 @@ impl Sensor {
         self.to.give(found, &found.fragment(origin), page, &text)
     }
 
-    /// The sensor's place and gravity: of the settings that are named, else of the recording, else
-    /// of its model.
+    /// The sensor's mounting and gravity: from the settings on the command line, else from the recording, else from the
+    /// recording's model.
     fn sensor(&self, read: Option<&Read>) -> Result<SensorSettings> {
         let mut sensor = match (self.settings.as_ref().or(self.to.into.as_ref()), read) {
             (Some(path), _) => {

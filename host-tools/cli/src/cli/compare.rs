@@ -51,12 +51,12 @@ struct Output<'a> {
     comparison: &'a Comparison,
     #[serde(skip_serializing_if = "Option::is_none")]
     series: Option<SeriesFile>,
-    /// The same numbers, by the names of their columns, where the recording is short.
+    /// Values of each column by its name; only for a short recording.
     #[serde(skip_serializing_if = "Option::is_none")]
     curves: Option<BTreeMap<String, Values>>,
 }
 
-/// Rows up to which `--json` holds them: 1 s at 4 ms. A longer recording has them in a file of its own.
+/// Longest recording (rows) whose curves `--json` contains: 1 s at 4 ms. Those of a longer one go into a file of their own.
 const SHORT: usize = 250;
 
 fn curves(comparison: &Comparison) -> Option<BTreeMap<String, Values>> {

@@ -1,4 +1,4 @@
-//! `softdock completions` and `softdock man`: what a shell and `man` want to know of the commands.
+//! `softdock completions` and `softdock man`: shell completions and manual pages of the commands.
 
 use super::{Cli, print};
 use anyhow::{Context, Result};
@@ -44,7 +44,7 @@ impl Man {
     }
 }
 
-/// The page of a command, and those of the commands below it.
+/// Writes the page of a command and, recursively, those of its subcommands.
 fn write(command: &Command, name: &str, folder: &Path) -> Result<()> {
     let path = folder.join(format!("{name}.1"));
     let mut page = Vec::new();

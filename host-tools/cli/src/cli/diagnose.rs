@@ -85,10 +85,10 @@ impl Diagnose {
     }
 }
 
-/// Carries the experiment out on the simulated rig, if there is a rival.
+/// Tries the proposed experiment on the simulated rig, if there is a rival.
 fn rehearse(diagnosis: &mut Diagnosis, progress: &Progress) -> Result<()> {
     let winner = diagnosis.effects.first().cloned();
-    // What two effects are together no rig hides as one.
+    // The simulated rig cannot hide a rival that is two effects together.
     let one = |effect: &String| !effect.contains(TOGETHER);
     let rival = diagnosis.runner_up.as_ref().map(|r| r.effect.clone());
     let rival = rival.filter(one);

@@ -61,7 +61,7 @@ pub(super) struct Doctor {
     json: bool,
 }
 
-/// A person at a terminal, if there is one.
+/// The person at the terminal: is told each step, and answers questions if there is one.
 struct Terminal;
 
 impl Onlooker for Terminal {
@@ -81,7 +81,7 @@ struct Summary<'a> {
 }
 
 impl Doctor {
-    /// The first power-on of the board on a port.
+    /// Options of the self-test at the first power-on of the board on this port.
     pub(super) fn self_test(port: String, hang: bool) -> Self {
         Self {
             recording: None,

@@ -28,7 +28,7 @@ pub(super) struct Effects {
 #[derive(Debug, Subcommand)]
 enum Task {
     Show(Show),
-    /// What is no command: the name of an effect without `show`.
+    /// Catches the id of an effect that was given without `show`.
     #[command(external_subcommand)]
     Named(Vec<String>),
 }

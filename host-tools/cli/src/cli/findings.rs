@@ -1,4 +1,4 @@
-//! Where what was found goes: a settings file, a report, the terminal.
+//! Output of results: into a settings file, a report, or the terminal.
 
 use super::answer;
 use super::outputs::html_file;
@@ -34,8 +34,8 @@ pub(super) struct Destination {
 }
 
 impl Destination {
-    /// Refuses at once what would be overwritten at the end (`inputs` are never), and settings that cannot be changed
-    /// then: before a robot has moved for them.
+    /// Refuses early, before a robot has moved: files that would be overwritten at the end (`inputs` always, others without
+    /// --force), and settings that cannot be changed.
     pub(super) fn check(&self, inputs: &[&Path]) -> Result<()> {
         if let Some(file) = &self.into {
             input::load::<BoardSettings>(file)?;
@@ -47,7 +47,7 @@ impl Destination {
             .try_for_each(|file| refuse_overwrite_of(inputs, file, self.force))
     }
 
-    /// Writes and prints what was found; `text` is for the terminal.
+    /// Writes and prints the result; `text` is for the terminal.
     pub(super) fn give(
         &self,
         found: &impl Serialize,
@@ -84,13 +84,13 @@ pub(super) struct Telling {
 }
 
 impl Telling {
-    /// Refuses at once what would be overwritten at the end; `inputs` are never.
+    /// Refuses early what would be overwritten at the end; `inputs` are never overwritten.
     pub(super) fn check(&self, inputs: &[&Path]) -> Result<()> {
         let mut report = self.report.iter();
         report.try_for_each(|file| refuse_overwrite_of(inputs, file, self.force))
     }
 
-    /// Writes and prints what was found; `text` is for the terminal.
+    /// Writes and prints the result; `text` is for the terminal.
     pub(super) fn give(
         &self,
         found: &impl Serialize,

@@ -66,7 +66,7 @@ impl Firmware {
     }
 }
 
-/// What nests, and what it comes to.
+/// Stack of each executor and interrupt level, and their sum when they nest at their deepest.
 fn stack_table(stack: &StackUsage) -> Table {
     let mut table = Table::new(vec![
         Column::text("Stack"),
@@ -128,7 +128,7 @@ fn tables(usage: &Usage) -> Result<String> {
     Ok(out)
 }
 
-/// RAM of each task, and flash that would be free without it.
+/// RAM of each task, and the flash that no other task uses.
 fn tasks(usage: &Usage) -> Table {
     let mut table = Table::new(vec![
         Column::text("Task"),

@@ -135,7 +135,7 @@ pub(super) fn table(parameters: &[Refitted]) -> Table {
     table
 }
 
-/// What the log does not determine, those with the same reason together.
+/// Parameters that the log does not determine, grouped by reason.
 fn doubts(undetermined: &[Undetermined]) -> String {
     let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
     for one in undetermined {

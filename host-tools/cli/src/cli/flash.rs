@@ -93,7 +93,7 @@ fn ensure_probe_rs() -> Result<()> {
     Ok(())
 }
 
-/// The first slot gets the settings, the second becomes empty, so that nothing older wins.
+/// Writes the settings into the first slot and erases the second, so that no older settings are chosen.
 fn write_settings(settings: BoardSettings, slots: &Region) -> Result<()> {
     let mut bytes = vec![0xff; usize::try_from(slots.length)?];
     let sequence = 1;
@@ -108,8 +108,8 @@ fn write_settings(settings: BoardSettings, slots: &Region) -> Result<()> {
     probe_rs(&arguments)
 }
 
-/// Twice if it has to be: after a power-up, and while the chip sleeps, the first connection is known to
-/// fail (probe-rs #4113, #4031).
+/// Runs probe-rs, a second time if the first fails: after a power-up, and while the chip sleeps, the first connection is
+/// known to fail (probe-rs #4113, #4031).
 fn probe_rs(arguments: &[&Path]) -> Result<()> {
     if done_by_probe_rs(arguments)? {
         return Ok(());
@@ -130,6 +130,6 @@ fn probe_rs(arguments: &[&Path]) -> Result<()> {
 fn done_by_probe_rs(arguments: &[&Path]) -> Result<bool> {
     let status = Command::new("probe-rs").args(arguments).status();
     let status = status.context("cannot start probe-rs")?;
-    // Ctrl-C ends a run that prints the log.
+    // No exit code: Ctrl-C ended a run that prints the log.
     Ok(status.success() || status.code().is_none())
 }

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 /// Cells of the longest bar.
 const BAR_CELLS: f64 = 30.0;
-/// Parts of a cell that block characters can fill.
+/// Block characters that fill no to seven eighths of a cell.
 const EIGHTHS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
 /// Significant digits of errors.
 const DIGITS: usize = 3;
@@ -59,12 +59,12 @@ impl History {
     }
 }
 
-/// The error on data that no fit has seen, where there is some.
+/// The error on unseen data; without such data, the error on the data of the fit.
 fn judged(step: &HistoryStep) -> f64 {
     step.test_error.unwrap_or(step.train_error)
 }
 
-/// Steps on the same recordings; only these can be compared.
+/// Groups consecutive steps on the same recordings: only their errors can be compared.
 fn runs(steps: &[HistoryStep]) -> impl Iterator<Item = &[HistoryStep]> {
     steps.chunk_by(|a, b| a.train == b.train && a.test == b.test)
 }
@@ -112,7 +112,7 @@ fn waterfall(run: &[HistoryStep], model: &Model) -> BarChart {
     chart
 }
 
-/// What a step did, and whether that was taken back.
+/// Description of a step, and whether it was reverted.
 fn label(step: &HistoryStep, model: &Model) -> String {
     match step.effect.as_str() {
         HistoryStep::NOMINAL => "model as given".to_owned(),
@@ -123,7 +123,7 @@ fn label(step: &HistoryStep, model: &Model) -> String {
     }
 }
 
-/// Numbers only.
+/// The history as numbers without bars.
 fn plain(model: &Model) -> Table {
     let mut table = Table::new(vec![
         Column::text("Step"),
@@ -145,7 +145,7 @@ fn plain(model: &Model) -> Table {
     table
 }
 
-/// For the terminal: each run of comparable steps with its bars.
+/// The history for the terminal: each group of comparable steps with its bars.
 fn table(model: &Model) -> Table {
     let mut table = Table::new(vec![
         Column::text("Step"),
@@ -170,7 +170,7 @@ fn table(model: &Model) -> Table {
     table
 }
 
-/// A bar of a share of the longest one.
+/// A bar whose length is a share of that of the longest bar.
 fn bar(share: f64) -> String {
     if !share.is_finite() {
         return String::new();

@@ -98,7 +98,7 @@ impl Actuator {
         self.give(&found, &origin)
     }
 
-    /// The recording and what it is.
+    /// The recording and a description of its origin.
     fn recorded(&self) -> Result<(Recording, String)> {
         match (&self.recording, &self.rehearse) {
             (Some(path), _) => {
@@ -132,7 +132,7 @@ impl Actuator {
         Ok((recording, origin))
     }
 
-    /// Writes and prints what was found.
+    /// Writes and prints the identification.
     fn give(&self, found: &Identification, origin: &str) -> Result<()> {
         for note in &found.notes {
             say!("note: {note}");

@@ -41,12 +41,12 @@ pub(super) struct Import {
     json: bool,
 }
 
-/// What an import gives: file names with their content, and what the user should know.
+/// Result of an import: file names with their content, and warnings for the user.
 #[derive(Default)]
 struct Imported {
     recordings: Vec<(PathBuf, Recording)>,
     model_toml: Option<String>,
-    /// Channels that were not measured, and from what they were made.
+    /// Channels that were not measured, each with what it was computed from.
     derived: Vec<(&'static str, &'static str)>,
     warnings: Vec<String>,
 }
@@ -97,7 +97,7 @@ impl Import {
         }
         let name = path.file_stem().context("the table has no name")?;
         let recording = import_csv(path)?;
-        // Its own dots stay: trial.07.csv is trial.07.mcap.
+        // Dots in the name stay: trial.07.csv becomes trial.07.mcap.
         let mut name = name.to_owned();
         name.push(".mcap");
         Ok(Imported {

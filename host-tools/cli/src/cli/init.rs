@@ -28,7 +28,7 @@ impl Init {
         let files = starter::files()?;
         for (name, _) in &files {
             let path = self.folder.join(name);
-            // Without --force: these files are what a person works on.
+            // There is no --force: people edit these files by hand.
             ensure!(
                 refuse_overwrite(&path, false).is_ok(),
                 "{} exists already, nothing was written: choose another folder, as in `softdock init laboratory`",

@@ -1,4 +1,4 @@
-//! What the commands on a board that is there have in common.
+//! Shared code of the commands that work with a connected board.
 
 use super::progress::Progress;
 use anyhow::{Context, Result};
@@ -17,7 +17,7 @@ pub(super) fn raised_by_ctrl_c() -> Result<Arc<AtomicBool>> {
     Ok(flag)
 }
 
-/// Writes what was found into the board's settings, and says what changed.
+/// Writes the result into the board's settings, and says what changed.
 pub(super) fn upload(board: &mut LiveBoard, found: &Fragment) -> Result<()> {
     let bar = Progress::new();
     let progress = |count: u16, of: u16| {

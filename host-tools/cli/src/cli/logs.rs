@@ -6,7 +6,7 @@ use softdock_io::say;
 use softdock_physics::model::Model;
 use std::path::PathBuf;
 
-/// Reads and checks them; warnings go to standard error.
+/// Reads and checks the recordings; warnings go to standard error.
 pub(super) fn open(model: &Model, train: &[PathBuf], test: &[PathBuf]) -> Result<Logs> {
     let logs = Logs::open(model, train, test)?;
     for note in &logs.notes {

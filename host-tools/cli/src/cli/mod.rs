@@ -9,7 +9,7 @@ use softdock_report::Terminal;
 use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// An enumeration of subcommands, of which each carries itself out.
+/// Defines an enumeration of subcommands with an `execute` that runs the chosen one.
 macro_rules! commands {
     ($name:ident { $($command:ident($options:ty)),+ $(,)? }) => {
         #[derive(Debug, clap::Subcommand)]
@@ -136,7 +136,7 @@ fn fit_tables_to_the_terminal() {
 /// Delay laws by their names on the command line.
 fn law_names() -> impl TypedValueParser<Value = LawName> {
     let names = PossibleValuesParser::new(LawName::ALL.map(LawName::name));
-    // Only names of the list come here.
+    // clap has checked that the name is in the list.
     names.map(|name| LawName::named(&name).unwrap_or_default())
 }
 
@@ -149,7 +149,7 @@ fn print(text: &str) -> Result<()> {
     }
 }
 
-/// Whether standard output has its one JSON document.
+/// Whether the one JSON document has been written to standard output.
 static DOCUMENT: AtomicBool = AtomicBool::new(false);
 
 /// Writes one JSON document to standard output.
@@ -170,11 +170,11 @@ fn answer<Text: AsRef<str>>(
     }
 }
 
-/// Writes an error as the one JSON document, unless a result stands there already: then the exit code and standard
-/// error say the rest.
+/// Writes an error as the one JSON document. If a result has been written already, the exit code and standard error report
+/// the error alone.
 pub fn print_json_error(error: &str) {
     if !DOCUMENT.load(Ordering::Relaxed) {
-        // A standard output that cannot be written to has nobody who would read the error.
+        // If standard output cannot be written to, nobody reads the error there.
         drop(print_json(&serde_json::json!({ "error": error })));
     }
 }

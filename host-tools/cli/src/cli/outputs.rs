@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-/// Endings of formats that people know.
+/// File endings that promise a certain format.
 const KNOWN: [&str; 9] = [
     "csv", "html", "htm", "json", "mcap", "parquet", "pdf", "svg", "toml",
 ];
 
-/// A report.
+/// File name of a report.
 pub(super) fn html_file(text: &str) -> Result<PathBuf, String> {
     match ending(text) {
         None | Some("html" | "htm") => Ok(text.into()),
@@ -18,7 +18,7 @@ pub(super) fn html_file(text: &str) -> Result<PathBuf, String> {
     }
 }
 
-/// A recording.
+/// File name of a recording.
 pub(super) fn mcap_file(text: &str) -> Result<PathBuf, String> {
     match ending(text) {
         None | Some("mcap") => Ok(text.into()),
@@ -29,7 +29,7 @@ pub(super) fn mcap_file(text: &str) -> Result<PathBuf, String> {
     }
 }
 
-/// What `softdock export` writes: a table, or a copy for viewers.
+/// File name for `softdock export`: a table, or a copy for viewers.
 pub(super) fn exported_file(text: &str) -> Result<PathBuf, String> {
     match Path::new(text)
         .extension()
@@ -44,7 +44,7 @@ pub(super) fn exported_file(text: &str) -> Result<PathBuf, String> {
     }
 }
 
-/// The ending, if it promises a format.
+/// The ending of a file name if it is a known format; else None.
 fn ending(text: &str) -> Option<&'static str> {
     let ending = Path::new(text).extension()?.to_str()?.to_lowercase();
     KNOWN.into_iter().find(|known| *known == ending)

@@ -7,20 +7,20 @@ use std::time::Duration;
 /// Resolution of the bar.
 const STEPS: f64 = 1000.0;
 
-/// A line that changes, for what has no known end.
+/// An animated line for work whose end is unknown.
 pub(super) fn spinner() -> ProgressBar {
     let bar = ProgressBar::new_spinner();
-    // The template is constant; should it be refused, the plain one does as well.
+    // The template is a constant that parses; if it did not, the default spinner would do.
     if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}") {
         bar.set_style(style);
     }
     bar
 }
 
-/// A bar up to a number that is known, with what is done and the time that is left.
+/// A bar up to a known count, with the share done and the estimated time left.
 pub(super) fn counter(length: u64, what: &str) -> ProgressBar {
     let bar = ProgressBar::new(length);
-    // The template is constant; should it be refused, the plain bar does as well.
+    // The template is a constant that parses; if it did not, the default bar would do.
     if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent:>3} %, {eta} left {msg}") {
         bar.set_style(style);
     }
@@ -35,10 +35,10 @@ impl Progress {
         Self(counter(STEPS as u64, ""))
     }
 
-    /// Of steps of which nobody knows how long they take: the time that it has taken, in the place of what is left.
+    /// A bar for steps of unknown duration: it shows the elapsed time in place of the time left.
     pub(super) fn of_steps() -> Self {
         let bar = counter(STEPS as u64, "");
-        // The template is constant; should it be refused, the other one does as well.
+        // The template is a constant that parses; if it did not, that of `counter` would do.
         if let Ok(style) =
             ProgressStyle::with_template("{bar:30} {percent:>3} %, {elapsed} so far: {msg}")
         {
@@ -48,15 +48,15 @@ impl Progress {
         Self(bar)
     }
 
-    /// Shows the share that is done and what is being done. A bar that was further stays where it is: a later stage
-    /// may find that there is less to do.
+    /// Shows the share that is done and the present step. The bar never goes back, although a later stage may give a smaller
+    /// share.
     pub(super) fn show(&self, share: f64, what: &str) {
         let now = (share * STEPS) as u64;
         self.0.set_position(now.max(self.0.position()));
         self.0.set_message(what.to_owned());
     }
 
-    /// Prints a line that stays.
+    /// Prints a line above the bar.
     pub(super) fn say(&self, line: &str) {
         self.0.suspend(|| say!("{line}"));
     }

@@ -46,7 +46,7 @@ pub(super) struct Record {
     json: bool,
 }
 
-/// How often a wait for a datagram is a rest: nothing that is missing takes so long.
+/// If no datagram comes for so long, the recorder gives up those that are missing: none is delayed by so much.
 const REST: Duration = Duration::from_millis(100);
 /// How often the progress is shown.
 const SHOW_PERIOD: Duration = Duration::from_millis(250);
@@ -113,7 +113,7 @@ impl Record {
     }
 }
 
-/// Refuses a place that cannot be written to before a board is waited for.
+/// Checks that the recording can be written, before the board is waited for.
 fn check_output(path: &Path, force: bool) -> Result<()> {
     refuse_overwrite(path, force)?;
     let folder = path
@@ -166,7 +166,7 @@ fn text(summary: &Summary) -> String {
     text
 }
 
-/// An error if something that came is not in a file with its settings.
+/// An error if data that came is not in a file together with its settings.
 fn verdict(summary: &Summary, progress: &Progress) -> Result<()> {
     if let Some(refused) = summary.refused.first() {
         bail!("{refused}");
@@ -191,7 +191,7 @@ fn verdict(summary: &Summary, progress: &Progress) -> Result<()> {
 struct Display {
     bar: ProgressBar,
     shown: Instant,
-    /// When the rate was determined, at how many cycles, and the rate in cycles per second.
+    /// Time of the last determination of the rate, number of cycles then, and rate in cycles per second.
     rate: (Instant, u64, f64),
 }
 

@@ -34,7 +34,7 @@ impl Replay {
         Ok(())
     }
 
-    /// One file after the other in memory, up to the first difference.
+    /// Recomputes one file after the other in memory, up to the first difference.
     fn recompute(&self) -> Result<ReplayReport> {
         let mut recomputation = Recomputation::default();
         let mut report = None;

@@ -24,9 +24,9 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 /// How long `--patient` waits for an answer.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// In place of an effect's id: one of all.
+/// Word in place of an effect's id: any effect of the catalogue.
 const ANY: &str = "any";
-/// Seeds that are drawn: short enough to be typed.
+/// Seeds are drawn below this number: short enough to be typed.
 const SEEDS: u64 = 1_000_000;
 
 /// Play robot, mechanism and sensor of a scenario in real time against a board.
@@ -132,7 +132,7 @@ impl RigCommand {
         Ok(())
     }
 
-    /// The rig and where its board is.
+    /// The simulated rig and the addresses of its board.
     fn peer(&self, scenario: Scenario) -> Result<Peer> {
         let sensor = match (self.can, self.ethercat) {
             (Some(can), _) => SensorLink::Can(can),
@@ -157,7 +157,7 @@ impl RigCommand {
         })
     }
 
-    /// A seed by the time of day where nobody gave one for a secret.
+    /// A seed from the time of day, if an effect is to be drawn (`any`) and no seed was given; else None.
     fn drawn_seed(&self) -> Result<Option<u64>> {
         if self.seed.is_some() || !self.hide.iter().any(|id| id == ANY) {
             return Ok(None);
@@ -171,7 +171,7 @@ impl RigCommand {
         Ok(Some(now.as_millis() as u64 % SEEDS))
     }
 
-    /// The scenario with what it hides, and that alone.
+    /// The scenario with the hidden effects, and the list of these effects.
     fn scenario(&self, drawn: Option<u64>) -> Result<(Scenario, Vec<Hidden>)> {
         let mut scenario = Scenario::load(&self.scenario)?;
         if let Some(path) = &self.settings {
@@ -213,7 +213,7 @@ impl RigCommand {
     }
 }
 
-/// Orientations that are typed on standard input, rad. The thread ends with standard input.
+/// Orientations that are typed on standard input, rad. The thread ends when standard input ends.
 fn poses() -> Receiver<[f64; 3]> {
     let (typed, poses) = channel();
     thread::spawn(move || {
@@ -235,10 +235,10 @@ fn poses() -> Receiver<[f64; 3]> {
     poses
 }
 
-/// Tells on standard error what happens.
+/// Reports on standard error what happens.
 struct Display {
     bar: ProgressBar,
-    /// Where the board takes commands.
+    /// Service port of the board, for the command to stop; None if it was not given.
     service: Option<String>,
 }
 

@@ -90,7 +90,7 @@ pub(super) struct Run {
 #[derive(Serialize)]
 pub(super) struct Summary {
     recording: String,
-    /// All its files, if it has several.
+    /// All files of the recording, if there are several.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pieces: Vec<String>,
     cycles: u64,
@@ -104,10 +104,11 @@ pub(super) struct Summary {
     energy: EnergyBook,
     loads: Vec<DockingLoads>,
     impacts: Vec<Impact>,
-    /// Smallest damping that one of them tells from none, N·s/m; where the law says that noise may hide one.
+    /// Smallest damping that the predictor tells from none at this noise, N·s/m; only where the law has flagged a contact in
+    /// which noise may hide a damping.
     #[serde(skip_serializing_if = "Option::is_none")]
     damping_in_noise_n_s_per_m: Option<f64>,
-    /// What the reader of the numbers should know.
+    /// Remarks on the numbers above.
     warnings: Vec<String>,
 }
 
@@ -119,7 +120,7 @@ struct DockingLoads {
 }
 
 impl DockingLoads {
-    /// Of each mechanism of a scenario.
+    /// Loads of each docking mechanism of a scenario.
     fn all(scenario: &Scenario, largest: &[Loads]) -> Vec<Self> {
         let dockings = scenario.rig.mechanism.docking.iter();
         let pairs = dockings.zip(largest).map(|(docking, largest)| Self {
@@ -142,14 +143,14 @@ impl Run {
             say!("warning: {warning}");
         }
         answer(self.json, &summary, || text(&summary))?;
-        // The recording is whole, but what a script does next is meant for a test that went to its end.
+        // The recording is complete, but a script that continues expects a test that was not stopped by a fault.
         if let Some(fault) = summary.fault {
             bail!("the run ended in a latched fault: {fault}");
         }
         Ok(())
     }
 
-    /// A run that a page asks for.
+    /// A run that a page of the workbench asks for.
     ///
     /// # Errors
     ///
@@ -178,7 +179,7 @@ impl Run {
         })
     }
 
-    /// Runs and records. After each percent it asks whether it is to go on; a run that is not leaves no recording.
+    /// Runs the scenario and records it. After each percent `goes_on` is asked; a run that it stops leaves no recording.
     pub(super) fn carry_out(&self, goes_on: &dyn Fn(f64) -> ControlFlow<()>) -> Result<Summary> {
         let scenario = self.scenario()?;
         let settings = self.settings.as_deref();
@@ -250,7 +251,7 @@ impl Run {
     }
 }
 
-/// Runs and records; the last cycle's trace says how it ended. Nothing if it was not to go on.
+/// Runs the scenario and records it. Returns the trace of the last cycle, or None if `goes_on` stopped the run.
 fn record(
     scenario: &Scenario,
     pieces: &mut Pieces,
@@ -274,7 +275,7 @@ fn record(
     Ok((!ended).then_some((statistics, last)))
 }
 
-/// The files of a recording that has several.
+/// The files of a recording; empty if there is only one.
 fn pieces_of(paths: &[PathBuf]) -> Vec<String> {
     match paths {
         [_] => Vec::new(),
@@ -285,14 +286,14 @@ fn pieces_of(paths: &[PathBuf]) -> Vec<String> {
     }
 }
 
-/// What noise hides of a damping where the law says so, N·s/m; of a wall.
+/// Damping of the wall that noise may hide, N·s/m; None unless the law has flagged an impact so.
 fn damping_in_noise(scenario: &Scenario, impacts: &[Impact]) -> Option<f64> {
     let rig = check::Rig::of_scenario(scenario).ok()?;
     let hidden = rig.damping_in_noise(scenario.board.control.robot.cycle_s);
     hidden.filter(|_| impacts.iter().any(|impact| impact.damping_in_noise))
 }
 
-/// What the reader of the numbers should know.
+/// Remarks on the numbers of a run.
 fn warnings(scenario: &Scenario, summary: &Summary) -> Vec<String> {
     let mut warnings = Vec::new();
     let docks = !scenario.rig.mechanism.docking.is_empty();
@@ -338,7 +339,7 @@ fn text(summary: &Summary) -> String {
         .as_ref()
         .map(|f| format!("FAULT {f}\n"))
         .unwrap_or_default();
-    // Without an impact there is nothing to head.
+    // Without an impact there is no table.
     let table = match summary.impacts.as_slice() {
         [] => String::new(),
         _ => format!("{table} {}\n\n", impact_table::LEGEND),
@@ -371,7 +372,7 @@ fn text(summary: &Summary) -> String {
     )
 }
 
-/// What became of the docking mechanisms; nothing without any.
+/// Result of the docking mechanisms as text; empty without any.
 fn docked(summary: &Summary) -> String {
     if summary.loads.is_empty() {
         return String::new();

@@ -48,7 +48,7 @@ pub fn page(found: &Calibration, origin: &str) -> Result<Page> {
     Ok(page)
 }
 
-/// What the rows of one unit are called: the label of the first one without its axis.
+/// Common label of the rows of one unit: the label of the first row without its axis.
 fn common_words(label: &str) -> &str {
     label.rsplit_once(' ').map_or(
         label,
@@ -56,7 +56,7 @@ fn common_words(label: &str) -> &str {
     )
 }
 
-/// What is left of the three axes of one kind.
+/// Residuals of the three axes of force or torque, one plot each.
 fn plots(found: &Calibration, first: usize, kind: &str, unit: &str) -> Vec<Plot> {
     let is_pose = found.residuals.iter().all(|r| r.pose.is_some());
     let at = |r: &Residual| match r.pose {

@@ -35,7 +35,7 @@ pub fn page(found: &Identification, origin: &str) -> Result<Page> {
     Ok(page)
 }
 
-/// What the axis makes of a step of the velocity.
+/// Response of the identified axis to a step of the velocity.
 fn step_response(axis: &AxisActuator, cycle_s: f64) -> Plot {
     let cycles = (STEP_RESPONSE_S / cycle_s).ceil() as usize;
     let sent = vec![axis.tried_velocity; cycles];
@@ -60,7 +60,7 @@ fn step_response(axis: &AxisActuator, cycle_s: f64) -> Plot {
     plot
 }
 
-/// Where the robot was, and where a robot with what was found would have been.
+/// Measured position, and position of the fitted model.
 fn measured_and_fitted(axis: &AxisActuator) -> Plot {
     let evidence = &axis.evidence;
     let pairs = evidence.measured.iter().zip(&evidence.residual);

@@ -89,7 +89,7 @@ impl Delay {
     }
 }
 
-/// What there is instead.
+/// Error message for a name that is neither a case nor a sweep: which names there are.
 fn unknown(name: &str, all: &[Case]) -> String {
     let mut sweeps: Vec<&str> = all.iter().map(|case| case.sweep).collect();
     sweeps.sort_unstable();

@@ -113,7 +113,7 @@ impl Diagnose {
         self.chosen(specs, CaseSpec::name)
     }
 
-    /// Those that were asked for.
+    /// The cases that `--count` and `--case` select.
     fn chosen<T>(&self, mut all: Vec<T>, name: impl Fn(&T) -> &str) -> Result<Vec<T>> {
         all.truncate(self.count.unwrap_or(usize::MAX));
         for case in &self.case {
@@ -181,7 +181,7 @@ fn document<'a>(scored: &'a Scored, nothing_hidden: Option<&'a Nothing>) -> Docu
     }
 }
 
-/// The most memory that this process has had, MB; None where the system does not say.
+/// Peak memory of this process, MB; None where the system does not report it.
 fn peak_memory_mb() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;

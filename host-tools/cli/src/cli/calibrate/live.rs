@@ -1,4 +1,4 @@
-//! A calibration while the robot is there.
+//! Calibration with a connected board and its robot.
 
 use super::Sensor;
 use crate::cli::live::{raised_by_ctrl_c, upload};
@@ -38,7 +38,7 @@ pub(super) struct Options {
 }
 
 impl Sensor {
-    /// Guides from pose to pose, calibrates, and uploads.
+    /// Guides the operator from pose to pose, calibrates, and uploads the result.
     pub(super) fn calibrate_live(&self, port: &str) -> Result<()> {
         if let Some(file) = &self.live.keep {
             refuse_overwrite(file, self.to.force)?;
@@ -77,7 +77,7 @@ impl Sensor {
         }
     }
 
-    /// Shows pose and force, and says what is next, until there are enough poses.
+    /// Shows pose and force, and what to do next, until there are enough poses.
     fn watch(
         &self,
         sensor: &SensorSettings,
@@ -97,7 +97,8 @@ impl Sensor {
         Ok(())
     }
 
-    /// The sensor's place, gravity and what is no fault: of the settings that are named, else of the board.
+    /// Mounting of the sensor, gravity and the status bits that are no fault: from the settings on the command line, else
+    /// from the board.
     fn mounted(&self, board: &mut LiveBoard) -> Result<SensorSettings> {
         if self.settings.is_some() || self.to.into.is_some() {
             return self.sensor(None);

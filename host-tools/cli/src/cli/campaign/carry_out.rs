@@ -44,7 +44,7 @@ pub(super) struct Run {
 struct Summary {
     part: String,
     rows: u64,
-    /// Rows that this call carried out; the others were done.
+    /// Rows that this call computed; the others had been computed before.
     carried_out: u64,
     failed: u64,
     seconds: f64,
@@ -62,7 +62,7 @@ impl Run {
         let threads = self.threads.unwrap_or_else(processors);
         let rows = plan.rows().div_ceil(self.shard.of);
         let bar = ProgressBar::new(rows);
-        // The template is constant; should it be refused, the plain bar does as well.
+        // The template is a constant that parses; if it did not, the default bar would do.
         if let Ok(style) =
             ProgressStyle::with_template("{bar:30} {pos}/{len} rows, {per_sec}, {eta} left")
         {
@@ -86,8 +86,9 @@ impl Run {
             cycles_per_processor_second: per_second(done.cycles),
         };
         answer(self.json, &summary, || text(&summary))?;
-        // Single rows may fail, that is what a campaign is for; if all do, the plan or the program is wrong. A shard may have no other
-        // rows than those of one refused value: a cluster that carries it out again, because it failed, would do so for ever.
+        // Single rows may fail: a campaign is there to find them. If all rows fail, the plan or the program is wrong. A shard
+        // is exempt: all its rows may have one refused value, and a cluster that repeats failed jobs would repeat it for
+        // ever.
         ensure!(
             self.shard != Shard::WHOLE || summary.rows == 0 || summary.failed < summary.rows,
             "none of the {} rows was carried out to its end; `softdock campaign rerun {} --index 0 -o row.mcap` says why the first \

@@ -46,7 +46,7 @@ struct Factor<'a> {
 impl Plan {
     pub(super) fn execute(self) -> Result<()> {
         let plan = plan::Plan::new(&self.campaign)?;
-        // Without --force: there may be rows that took days.
+        // There is no --force: the folder may hold rows that took days.
         let place = Place::open(&self.output)?;
         ensure!(
             !place.is_taken()?,

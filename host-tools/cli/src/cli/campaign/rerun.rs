@@ -104,14 +104,14 @@ struct Again<'a> {
     index: u64,
     recording: &'a str,
     success: bool,
-    /// Where the row stands that has the same bits; none if it was not carried out before.
+    /// Location of the stored row that is identical bit for bit; None if the row was not computed before.
     same_as: Option<String>,
     conditions: serde_json::Map<String, serde_json::Value>,
     outcome: &'a Outcome,
 }
 
 impl Again<'_> {
-    /// All columns of the row.
+    /// All columns of the row, as text.
     fn text(&self, row: &DataTable) -> String {
         let same = match &self.same_as {
             Some(place) => format!("bit for bit the row in {place}"),

@@ -15,12 +15,11 @@ pub(super) struct Files {
     pub(super) model_before: PathBuf,
     /// The model with the effects.
     pub(super) model: PathBuf,
-    /// Settings for the board, with what was found about the robot; only where a delay law can use
-    /// it.
+    /// Settings for the board with the identified robot; written only where a delay law can use it.
     pub(super) board: PathBuf,
-    /// What was fitted.
+    /// Recording that the parameters were fitted to.
     pub(super) train: PathBuf,
-    /// What the fit has not seen.
+    /// Recording that the fit has not seen.
     pub(super) test: PathBuf,
 }
 
@@ -37,7 +36,8 @@ impl Files {
         }
     }
 
-    /// Refuses to write over an earlier demonstration, unless `force` says so; its settings of the board are then gone.
+    /// Refuses to overwrite an earlier demonstration, unless `force` is set. Removes the board settings of that
+    /// demonstration.
     pub(super) fn make_room(&self, force: bool) -> Result<()> {
         let all = [
             &self.report,
@@ -50,7 +50,7 @@ impl Files {
         ];
         all.into_iter()
             .try_for_each(|path| refuse_overwrite(path, force))?;
-        // Not every demonstration writes one: settings of an earlier one would pass for this one's.
+        // Not every demonstration writes board settings: those of an earlier one would pass for this one's.
         if self.board.exists() {
             std::fs::remove_file(&self.board)
                 .with_context(|| format!("cannot remove {}", self.board.display()))?;
@@ -58,7 +58,7 @@ impl Files {
         Ok(())
     }
 
-    /// Where everything is, and what to do with it.
+    /// Where all files are, and which commands to try on them.
     pub(super) fn what_next(&self) -> String {
         let [report, compare, before, model, train, test] = [
             &self.report,

@@ -21,9 +21,9 @@ use softdock_report::number::significant;
 use softdock_rig::rig::Hidden;
 use std::path::Path;
 
-/// What is told.
+/// Input of the story.
 pub(super) struct Story<'a> {
-    /// What the rig hides.
+    /// Effects that the rig hides.
     pub(super) hidden: Vec<Hidden>,
     /// Seed of the noise.
     pub(super) seed: u64,
@@ -75,7 +75,7 @@ impl Story<'_> {
         print(&format!("\n{}", self.files.what_next()))
     }
 
-    /// Step 3 of the workflow.
+    /// Step 3 of the workflow: runs the two tests on the simulated rig.
     fn run(&self) -> Result<Recordings> {
         self.say(
             "Steps 1 and 2, flashing the board and commissioning the rig, need hardware. The simulated rig \
@@ -104,7 +104,7 @@ impl Story<'_> {
         Ok(runs)
     }
 
-    /// Step 4.
+    /// Step 4: compares the nominal model with the test recording.
     fn compare(&self, model: &Model, runs: &Recordings) -> Result<Comparison> {
         write_whole(&self.files.model_before, diagnosis::MODEL)?;
         let comparison = compare(model, &runs.test.recording)?;
@@ -117,7 +117,7 @@ impl Story<'_> {
         Ok(comparison)
     }
 
-    /// Step 5.
+    /// Step 5: finds the missing effects.
     fn diagnose(&self, model: &Model, runs: &Recordings) -> Result<Report> {
         self.say("\n5. Diagnose: which physical effect is missing?\n")?;
         let bar = Progress::of_steps();
@@ -159,7 +159,7 @@ impl Story<'_> {
         Ok(())
     }
 
-    /// Step 6.
+    /// Step 6: adds the effects to the model and compares again.
     fn add(&self, report: &Report, runs: &Recordings) -> Result<(Comparison, Page)> {
         let (train, test) = (name(&self.files.train), name(&self.files.test));
         let text = demo::model_with(report, &train, &test)?;
@@ -191,7 +191,7 @@ impl Story<'_> {
         Ok((comparison, page))
     }
 
-    /// What was hidden, beside what was found.
+    /// Compares the hidden effects with those that were found.
     fn resolve(&self, diagnosis: &Diagnosis) -> Result<Vec<Answer>> {
         let answers = demo::answers(&self.hidden, diagnosis);
         let in_other_words = |id: &String| {
@@ -224,8 +224,8 @@ impl Story<'_> {
         Ok(answers)
     }
 
-    /// Step 7, where the board has a cure: what was found goes into its settings, and the robot
-    /// bounces again.
+    /// Step 7, only where the rig is late: the identified robot goes into the board's settings. Returns the bounces without a
+    /// delay law, with the paper's, and with the predictor if the robot was identified.
     fn compensate(&self, report: &Report, page: &mut Page) -> Result<Vec<Bounce>> {
         if !demo::is_late(&self.hidden) {
             return Ok(Vec::new());
@@ -240,7 +240,7 @@ impl Story<'_> {
             ),
             learned.as_ref().map_or("", |_| ", and with the predictor"),
         ))?;
-        // As the paper has it, and as `reproduce` runs it.
+        // Settings as in the paper, and as `reproduce` runs them.
         let plain = |law| DelaySettings {
             law,
             model_velocity: ModelVelocity::Mean,
@@ -284,7 +284,7 @@ impl Story<'_> {
     }
 }
 
-/// What the board is told.
+/// The identified robot as the board's settings have it, in words.
 fn told(robot: &ActuatorSettings) -> String {
     let ms = |seconds: f64| significant(seconds * 1e3, 3);
     let mut parts = vec![format!("delay {} ms", ms(robot.delay_s))];
@@ -317,16 +317,16 @@ fn name(path: &Path) -> String {
 struct Document<'a> {
     report: &'a Path,
     model: &'a Path,
-    /// What the rig hid.
+    /// Effects that the rig hid.
     hidden: &'a [Hidden],
-    /// Whether all of it was named.
+    /// Whether all of them were named.
     found: bool,
     answers: &'a [Answer],
-    /// Training, then unseen.
+    /// Training recording, then unseen recording.
     recordings: [RecordingDocument<'a>; 2],
     compare: BeforeAfter<'a>,
     diagnosis: &'a Diagnosis,
-    /// The bounces without and with compensation; none where it cures nothing.
+    /// Bounces without and with compensation; empty where compensation cures nothing.
     steps: Vec<StepDocument<'a>>,
 }
 
@@ -346,9 +346,9 @@ struct BeforeAfter<'a> {
 struct StepDocument<'a> {
     law: LawName,
     real_time_factor: f64,
-    /// None where the board stopped before it.
+    /// None where the board stopped before the impact.
     impact: Option<&'a Impact>,
-    /// Why it did.
+    /// Why the board stopped before the impact.
     #[serde(skip_serializing_if = "Option::is_none")]
     stopped: Option<&'a str>,
 }

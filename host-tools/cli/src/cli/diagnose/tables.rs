@@ -8,7 +8,7 @@ use softdock_report::{Cell, Column, Format, Mark, Table, number};
 
 /// Significant digits of errors, and of an interval's width.
 const DIGITS: usize = 3;
-/// Relative change of an error that is worth a sign.
+/// Relative change of an error from which on it is marked.
 const CHANGED: f64 = 0.01;
 
 /// Everything about a diagnosis.
@@ -42,7 +42,8 @@ pub(super) fn text(diagnosis: &Diagnosis) -> String {
 
 /// Error per channel.
 pub(in crate::cli) fn levels(both: &BeforeAfter) -> Table {
-    /// What has less error, of the noise, was not measured, or is computed from another channel.
+    /// Errors below this (in units of the noise) are round-off: the channel was not measured, or is computed from another
+    /// one.
     const ROUND_OFF: f64 = 1e-6;
     let mut table = Table::new(vec![
         Column::text("Channel"),

@@ -1,4 +1,4 @@
-//! The jog of a robot that is there.
+//! Jogs of the robot of a connected board.
 
 use super::Actuator;
 use crate::cli::agree::agree;
@@ -66,7 +66,7 @@ impl Actuator {
             say!("warning: {note}");
         }
         let found = identify(&recording)?;
-        // From here on every step is whole or not done: nothing is to be stopped.
+        // From here on each step is atomic: Ctrl-C no longer interrupts.
         ensure!(
             !stop.load(Ordering::Relaxed),
             "stopped after the jog: nothing was written"

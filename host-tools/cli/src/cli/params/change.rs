@@ -9,11 +9,11 @@ use softdock_commissioning::parameters::{Difference, Setting, missing};
 use softdock_io::say;
 use softdock_link::service::{Form, Origin};
 
-/// What has become of the board's settings.
+/// Result of a change of the board's settings.
 #[derive(Serialize)]
 struct Changed<'a> {
     changed: &'a [Difference],
-    /// Number of the set in use.
+    /// Sequence number of the settings in use; None if they are the defaults.
     sequence: Option<u32>,
 }
 
@@ -88,7 +88,7 @@ impl Board {
         self.finish(differences)
     }
 
-    /// Says what the board has now.
+    /// Reports which settings the board uses now.
     fn finish(&mut self, changed: &[Difference]) -> Result<()> {
         let sequence = match self.client.status()?.origin {
             Origin::Flash { sequence } | Origin::Trial { sequence, .. } => Some(sequence),

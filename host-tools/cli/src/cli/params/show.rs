@@ -1,4 +1,4 @@
-//! What the board's settings are: nothing is changed.
+//! Reads the board's settings without changing them.
 
 use super::{Board, File};
 use crate::cli::{answer, print, print_json};
@@ -107,7 +107,7 @@ impl Board {
         print(&table(&found, "File"))
     }
 
-    /// What a file would change.
+    /// Settings that a file would change.
     pub(super) fn differences(&mut self, file: &File) -> Result<Vec<Difference>> {
         let settings = self.settings()?;
         let wanted = parameters::read(&file.file, &settings, !file.keep)?;
@@ -115,7 +115,7 @@ impl Board {
     }
 }
 
-/// Differences for a person.
+/// Table of the differences for the terminal.
 pub(super) fn table(differences: &[Difference], wanted: &str) -> String {
     let mut table = Table::new(vec![
         Column::text("Name"),

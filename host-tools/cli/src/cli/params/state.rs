@@ -14,7 +14,7 @@ use softdock_report::number::{percent, significant};
 use std::fmt::Write;
 use std::time::Duration;
 
-/// A period in s.
+/// Parses a period in s, 0.05 to 3600.
 pub(super) fn period(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(period) if (0.05..=3600.0).contains(&period) => Ok(period),
@@ -32,7 +32,7 @@ impl Board {
     pub(super) fn print_status(&mut self) -> Result<()> {
         let status = self.client.status()?;
         let counters = self.client.counters()?;
-        // Older firmware does not know the question.
+        // Older firmware does not know this request.
         let machine = self.client.machine().ok();
         let log = self.client.log(0)?;
         if self.json {
@@ -96,7 +96,7 @@ impl Board {
         }
     }
 
-    /// Gives a command and waits until a cycle has taken it.
+    /// Sends a command and waits until a control cycle has taken it.
     pub(super) fn mode(&mut self, text: &str) -> Result<()> {
         let words = || Command::WORDS.iter().map(|(word, _)| *word);
         if Command::from_word(text).is_none() {
@@ -168,7 +168,7 @@ fn sensor(status: &Status, counters: &Counters) -> String {
     )
 }
 
-/// What the board says of itself, a line for each part.
+/// State of the microcontroller as the board reports it, one line per part.
 fn lines(machine: &Machine) -> String {
     let mut out = String::new();
     // Writing to a String cannot fail.

@@ -1,5 +1,4 @@
-//! What shows that an error is one: along the regime that explains it, against itself, and by
-//! frequency.
+//! Plots that show that an error is systematic: along the regime that explains it, its autocorrelation, and its spectrum.
 
 use super::Source;
 use softdock_analysis::compare::Series as ErrorSeries;
@@ -13,9 +12,9 @@ use softdock_statistics::{autocorrelation, whiteness};
 const LAG_S: f64 = 0.4;
 /// Half width of a 99 % band in standard deviations.
 const TWO_SIDED_99: f64 = 2.576;
-/// Points of a spectrum: neighbouring lines are averaged.
+/// Points of a drawn spectrum: neighbouring frequencies are averaged.
 const POINTS: usize = 150;
-/// Spectra end at this level, dB.
+/// Lowest level of a drawn spectrum, dB.
 const LEAST_DB: f64 = -20.0;
 
 impl Source<'_> {
@@ -35,7 +34,7 @@ impl Source<'_> {
         plots
     }
 
-    /// Autocorrelation of the error with the band of noise.
+    /// Autocorrelation of the error with the 99 % band of white noise.
     fn correlation(&self, series: &ErrorSeries) -> Option<Plot> {
         let cycle_s = self.comparison.detail.prediction.cycle_s;
         let band = whiteness(&series.relative, series.noise.len())?.band * TWO_SIDED_99;
@@ -56,7 +55,7 @@ impl Source<'_> {
         Some(plot)
     }
 
-    /// Spectrum of the error over that of the noise.
+    /// Spectrum of the error in relation to that of the noise.
     fn spectrum(&self, series: &ErrorSeries) -> Plot {
         let spectrum = Spectrum::of(series, self.comparison.detail.prediction.cycle_s);
         let width = (spectrum.power.len() / POINTS).max(1);
@@ -90,7 +89,7 @@ fn limit(name: &str, points: Vec<(f64, f64)>) -> Series {
     Series::dashed(name, points).colored(Hue::of_series(1))
 }
 
-/// The error along the quantity that explains it; a band of frequencies is in the spectrum.
+/// The error over the quantity that explains it. None if that is a frequency band, which the spectrum shows.
 fn along_regime(regime: &Regime) -> Option<Plot> {
     if regime.dependence == Dependence::Band {
         return None;

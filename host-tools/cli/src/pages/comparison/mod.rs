@@ -7,13 +7,13 @@ use softdock_physics::model::{Axis, Channel};
 use softdock_report::{Band, Bar, BarChart, Format, Hue, Page, Plot, Series};
 use std::ops::Range;
 
-/// Axes that are drawn: the worst failures, or if there are none the largest errors.
+/// Number of axes that are drawn: those of the worst failures, or if nothing fails those of the largest errors.
 const DRAWN: usize = 3;
 /// Time around the worst window in its close-up, s.
 const CLOSE_UP_MARGIN_S: f64 = 0.15;
 /// Longest close-up, s.
 const CLOSE_UP_S: f64 = 2.0;
-/// Windows of more than this number are not shaded: they could not be told apart.
+/// If there are more windows than this, they are not shaded: they could not be told apart.
 const MOST_BANDS: usize = 80;
 
 /// The report.
@@ -175,7 +175,7 @@ impl Source<'_> {
         known.map(|(n, t)| (t, value(n))).collect()
     }
 
-    /// Phases other than free flight within these cycles.
+    /// Shaded windows: the phases other than free flight within these cycles.
     fn bands(&self, cycles: &Range<usize>) -> Vec<Band> {
         let (time_s, cycle_s) = (
             &self.comparison.detail.prediction.time_s,

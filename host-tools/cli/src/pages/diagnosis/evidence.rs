@@ -7,13 +7,13 @@ use softdock_analysis::levels::{BeforeAfter, ChannelLevels};
 use softdock_physics::model::Channel;
 use softdock_report::{Bar, BarChart, Cell, Column, Format, Hue, Mark, Page, Table};
 
-/// Hypotheses that are shown; the number of the others is said.
+/// Number of hypotheses that are listed; the number of the others is printed.
 const SHOWN: usize = 10;
-/// Less than one of χ² says nothing.
+/// Format of gains of χ²: a fraction of 1 has no meaning.
 const GAIN: Format = Format::Fixed(0);
 
 impl Source<'_> {
-    /// How large the error is, and how it falls.
+    /// Section on how large the error is, and how it falls.
     pub(super) fn error(&self, page: &mut Page) -> anyhow::Result<()> {
         let diagnosis = self.diagnosis;
         let falls = self.after.is_some() && diagnosis.steps.len() > 1;
@@ -170,7 +170,7 @@ impl Source<'_> {
         }
     }
 
-    /// The closest rival, and the experiment that would decide.
+    /// Section on the closest rival, and the experiment that would decide.
     pub(super) fn rival(&self, page: &mut Page) -> anyhow::Result<()> {
         let diagnosis = self.diagnosis;
         if diagnosis.runner_up.is_none() && diagnosis.experiment.is_none() {
@@ -206,7 +206,7 @@ impl Source<'_> {
         Ok(())
     }
 
-    /// Shapes without a name.
+    /// Section on curves that resemble the error but have no name.
     pub(super) fn hints(&self, page: &mut Page) {
         if self.diagnosis.looks_like.is_empty() {
             return;
@@ -226,10 +226,10 @@ fn refusal(ranked: &Ranked) -> Option<String> {
     Some(format!("{}: {reason}", words::hypothesis(&ranked.effects)))
 }
 
-/// What became of a hypothesis.
+/// Rank of a hypothesis in relation to the answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Standing {
-    /// It is the answer, or that for its channel.
+    /// It is the answer, or the answer for its channel.
     Named,
     /// It is part of a larger hypothesis that is the answer.
     Part,

@@ -5,7 +5,7 @@ use softdock_analysis::diagnose::{Region, Verdict};
 use softdock_physics::model::prediction::Prediction;
 use softdock_report::{Cell, Column, Mark, Page, Table};
 
-/// Windows that are listed; the number of the others is said.
+/// Number of windows that are listed; the number of the others is printed.
 const LISTED: usize = 30;
 /// Noise this many times that of the data sheet is marked: no fit mends it.
 const NOISY: f64 = 1.5;

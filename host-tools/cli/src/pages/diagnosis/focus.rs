@@ -12,7 +12,7 @@ const MARGIN_S: f64 = 0.15;
 const LONGEST_S: f64 = 2.0;
 /// Shortest close-up, s.
 const SHORTEST_S: f64 = 0.6;
-/// A close-up of more than this part of the recording shows nothing new.
+/// If a close-up would show more than this share of the recording, it is left out.
 const NOTHING_NEW: f64 = 0.7;
 
 /// An axis of a channel to draw.
@@ -20,15 +20,15 @@ const NOTHING_NEW: f64 = 0.7;
 pub(super) struct Focus {
     pub(super) channel: Channel,
     pub(super) axis: Axis,
-    /// Whether it is shown for what is left with the named effects.
+    /// Whether the axis is shown for the error that remains with the named effects.
     pub(super) is_rest: bool,
-    /// Cycles around the worst moment; None if that is most of the recording.
+    /// Cycles around the worst moment; None if these were most of the recording.
     pub(super) close_up: Option<Range<usize>>,
 }
 
 impl Focus {
-    /// The axis with the largest error; and that with the largest rest, if something is left
-    /// unexplained in another one.
+    /// The axis with the largest error. If the verdict is `unexplained`, also the axis with the largest remaining error,
+    /// where it is another one.
     pub(super) fn of(source: &Source<'_>) -> Vec<Self> {
         let largest = worst_signal(source.before);
         let left = match source.diagnosis.verdict {
@@ -49,7 +49,7 @@ impl Focus {
     }
 }
 
-/// Error of a cycle relative to the noise to expect of it; None where there is none.
+/// Error of a cycle in units of its expected noise; None where nothing is predicted.
 pub(super) fn relative(
     prediction: &Prediction,
     channel: Channel,
@@ -97,8 +97,8 @@ fn worst_signal(prediction: &Prediction) -> Option<(Channel, Axis)> {
         .map(|(signal, _)| signal)
 }
 
-/// The failing window that holds most of the error, or else the largest error, with some time
-/// around it.
+/// Cycles of the failing window that holds most of the error, with a margin. Without such a window, those around the largest
+/// error.
 fn close_up(
     prediction: &Prediction,
     regions: &[Region],

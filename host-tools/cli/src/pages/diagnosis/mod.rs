@@ -1,7 +1,7 @@
 //! The report of a diagnosis: one page that an engineer sends to a colleague.
 //!
-//! What has no content is left out: a page about a model that misses nothing has no parameters,
-//! and one about an error without a name has no effects.
+//! Sections without content are left out: a page about a model that misses nothing has no parameters, and one about an
+//! unexplained error has no effects.
 
 mod evidence;
 mod findings;
@@ -43,9 +43,8 @@ impl Identity {
 
 /// The report.
 ///
-/// `before` is the prediction of the judged recording (the unseen one where there is one) with
-/// the model as it was given, `after` that with the named effects; without named effects `after`
-/// is not shown.
+/// `before` is the prediction of the judged recording with the model as it was given, `after` that with the named effects.
+/// The judged recording is the unseen one where there is one. Without named effects `after` is not shown.
 ///
 /// # Errors
 ///
@@ -93,17 +92,17 @@ pub fn page(
     Ok(page)
 }
 
-/// Everything that the sections are written from.
+/// Input of all sections.
 struct Source<'a> {
     diagnosis: &'a Diagnosis,
     before: &'a Prediction,
-    /// Only if there are named effects.
+    /// Prediction with the named effects; None without named effects.
     after: Option<&'a Prediction>,
     identity: &'a Identity,
 }
 
 impl Source<'_> {
-    /// The prediction with everything that is known.
+    /// The prediction with the named effects, or without any that of the given model.
     fn best(&self) -> &Prediction {
         self.after.unwrap_or(self.before)
     }

@@ -12,13 +12,13 @@ const MEASURED: Hue = Hue::Blue;
 const BEFORE: Hue = Hue::Vermilion;
 /// Colour of the model with the named effects.
 const AFTER: Hue = Hue::Green;
-/// What remains gets a plot of its own if it is smaller than the error by this factor.
+/// The remaining error gets a plot of its own if it is smaller than the first error by this factor.
 const MUCH_SMALLER: f64 = 3.0;
-/// Windows of more than this number are not shaded: they could not be told apart.
+/// If there are more windows than this, they are not shaded: they could not be told apart.
 const MOST_BANDS: usize = 80;
 /// With more regimes than this, windows are not named: their tints would repeat.
 const MOST_REGIMES: usize = 4;
-/// Half the height of the band of the noise, standard deviations: 95 % of normal noise.
+/// Half height of the noise band in standard deviations: 95 % of normal noise.
 const BAND_SIGMA: f64 = 2.0;
 
 impl Source<'_> {
@@ -138,7 +138,7 @@ impl Source<'_> {
         Series::line(name, self.points(cycles, |n| error(n).unwrap_or(f64::NAN)))
     }
 
-    /// What is drawn besides the measurement: prediction, name, colour.
+    /// The predictions to draw, each with its label and colour.
     fn predictions(&self) -> Vec<(&Prediction, &'static str, Hue)> {
         match self.after {
             Some(after) => vec![

@@ -68,7 +68,7 @@ impl Source<'_> {
         table
     }
 
-    /// The command that adds what is named to the model.
+    /// The command that adds the named effects to the model.
     fn command(&self) -> String {
         let identity = self.identity;
         let data = match &identity.test {

@@ -3,7 +3,7 @@
 use softdock_analysis::diagnose::Diagnosis;
 use softdock_physics::model::{Axis, Channel};
 
-/// A channel as a reader writes it: `executed velocity`.
+/// Name of a channel in running text: `executed velocity`.
 pub(super) fn channel(channel: Channel) -> String {
     channel.name().replace('_', " ")
 }
@@ -13,7 +13,7 @@ pub(super) fn signal(channel: Channel, axis: Axis) -> String {
     format!("{} {axis}", self::channel(channel))
 }
 
-/// What the effects were judged on besides the data of the fit.
+/// Name of the data on which the effects were judged besides the data of the fit.
 pub(super) fn unseen(diagnosis: &Diagnosis) -> &'static str {
     match (diagnosis.unseen, diagnosis.of_all_logs.is_some()) {
         _ if diagnosis.in_sample => "the data of the fit",
