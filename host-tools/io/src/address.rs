@@ -2,8 +2,8 @@
 
 use std::net::{SocketAddr, ToSocketAddrs};
 
-/// `127.0.0.1:49152`, or a name in place of the number: `localhost:49152`. Of the addresses of a name the first of
-/// IPv4 is taken: that is where boards and robots are.
+/// Parses `127.0.0.1:49152`, or a host name in place of the number: `localhost:49152`. Of the addresses of a name the first
+/// IPv4 one is taken: boards and robots use IPv4.
 ///
 /// # Errors
 /// No address, with what was expected.

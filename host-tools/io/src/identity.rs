@@ -1,13 +1,13 @@
-//! Who made a recording: name, version, git hash, changed or not.
+//! Which program made a recording: name, version, git hash, with changes or not.
 
 use std::net::SocketAddr;
 use std::sync::OnceLock;
 
-/// Git state of the program's build. The program says it and not this crate, which would be compiled
-/// anew, with all that stands on it, at each commit.
+/// Git state of the program's build. The program sets it at its start: if this crate contained it, the crate and all that
+/// depend on it would be compiled anew at each commit.
 static GIT: OnceLock<&'static str> = OnceLock::new();
 
-/// Says from which git state the program was built; the first word counts.
+/// Sets the git state from which the program was built. Only the first call has an effect.
 pub fn built_from(git: &'static str) {
     GIT.get_or_init(|| git);
 }
@@ -18,13 +18,13 @@ pub fn text() -> String {
     format!("softdock {} ({git})", env!("CARGO_PKG_VERSION"))
 }
 
-/// In the identity of a board that forgets its settings when it ends.
+/// Part of the identity of a board that forgets its settings when it ends.
 const NO_FLASH: &str = ", no flash";
-/// In that of a board that was told where its cycles go; the address follows.
+/// Part of the identity of a board whose telemetry goes to another address than its settings name; the address follows.
 const TELEMETRY: &str = ", telemetry to ";
 
-/// The board on this computer, with what its settings do not say: whether it keeps them, and where its cycles go in
-/// place of what they name.
+/// Identity of a board on this computer. It contains what the settings do not: whether the board keeps them (`flash`), and
+/// the address of its telemetry if that is not the one of the settings.
 pub fn of_board_process(flash: bool, telemetry: Option<SocketAddr>) -> String {
     let mut identity = format!("{}, board of this computer, f64", text());
     if !flash {
@@ -36,12 +36,12 @@ pub fn of_board_process(flash: bool, telemetry: Option<SocketAddr>) -> String {
     identity
 }
 
-/// Whether a board says that it forgets its settings when it ends.
+/// Whether the identity is that of a board that forgets its settings when it ends.
 pub fn is_without_flash(identity: &str) -> bool {
     identity.contains(NO_FLASH)
 }
 
-/// Where a board says that its cycles go in place of what its settings name.
+/// The address of the board's telemetry in place of that of its settings; None if the identity names none.
 pub fn telemetry(identity: &str) -> Option<SocketAddr> {
     identity.split_once(TELEMETRY)?.1.parse().ok()
 }

@@ -1,5 +1,5 @@
-//! Reading what a person wrote: TOML files, with errors that say where, what was expected and what
-//! was probably meant. And the rule that nothing is overwritten unasked.
+//! Reads TOML files that people write, with errors that say where, what was expected and what was probably meant. Also the
+//! rule that nothing is overwritten unasked.
 //!
 //! ```text
 //! scenario.toml:12: unknown key `stiffness_n_per_mm` in [[rig.mechanism.walls]]; did you mean `stiffness_n_per_m`?
@@ -16,7 +16,7 @@ use std::io::ErrorKind;
 use std::path::Path;
 use toml_edit::{Document, Item, TableLike, Value};
 
-/// Least similarity (1 is equal) of a name that is offered instead of an unknown one.
+/// A known name is suggested for an unknown one if their similarity (1 is equal) is at least this.
 const SIMILAR: f64 = 0.6;
 
 /// Unit suffixes of keys, longer ones before those that they end with.
@@ -99,7 +99,7 @@ pub fn parse<T: DeserializeOwned>(text: &str, name: &str) -> Result<T> {
     })
 }
 
-/// Refuses to write where something is already, unless `force` says so. An empty folder is free.
+/// An error if something exists at `path`, unless `force` is set. An empty folder counts as free.
 ///
 /// # Errors
 /// `path` exists, or cannot be looked at.
@@ -121,8 +121,8 @@ pub fn refuse_overwrite(path: &Path, force: bool) -> Result<()> {
     )
 }
 
-/// Likewise, and never an input of the same command, whatever `force` says: it would be gone before it is read to its
-/// end, or its only copy would be replaced.
+/// As [`refuse_overwrite`]. In addition it refuses inputs of the same command, whatever `force` says: a file would be
+/// overwritten before it is read to its end, or its only copy would be replaced.
 ///
 /// # Errors
 /// As [`refuse_overwrite`]; or `path` is one of `inputs`.
@@ -140,8 +140,8 @@ pub fn refuse_overwrite_of(inputs: &[impl AsRef<Path>], path: &Path, force: bool
     refuse_overwrite(path, force)
 }
 
-/// The member of `known` that `wrong` was probably meant to be: the same name with another unit
-/// before the most similar name.
+/// The member of `known` that `wrong` was probably meant to be. The same name with another unit goes before the most similar
+/// name. None if no name is similar.
 pub fn nearest<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let score = |name: &str| {
         let similarity = strsim::normalized_damerau_levenshtein(wrong, name);
@@ -160,7 +160,7 @@ fn differs_in_unit(a: &str, b: &str) -> bool {
     a != b && matches!((stem(a), stem(b)), (Some(x), Some(y)) if x == y)
 }
 
-/// The name without its unit.
+/// The name without its unit suffix; None if it has none.
 fn stem(name: &str) -> Option<&str> {
     UNITS.iter().find_map(|unit| name.strip_suffix(unit))
 }
@@ -198,10 +198,9 @@ fn missing_file(path: &Path) -> String {
     }
 }
 
-/// Where in a document something stands.
+/// Place of a key or table in a document.
 struct Location {
-    /// `[a.b]`, `[[a.b]]` or `at the top level`, with the preposition for the first two left to the
-    /// caller.
+    /// `[a.b]`, `[[a.b]]` or `at the top level`. The caller puts `in` before the first two.
     section: String,
     /// The key, unless it is the section itself.
     key: Option<String>,
@@ -230,7 +229,7 @@ impl Location {
     }
 }
 
-/// The key or table at a byte offset.
+/// The innermost key or table at a byte offset.
 fn location_of(
     table: &dyn TableLike,
     offset: usize,
@@ -294,7 +293,7 @@ fn tables_of<'a>(item: &'a Item, path: &str) -> Vec<Part<'a>> {
     }
 }
 
-/// What is wrong, in the words of the person who wrote the file, and what else to know.
+/// Rewords a parser's message for the person who wrote the file; the second text is a hint.
 fn explain(message: &str, location: &Location, table: &dyn TableLike) -> (String, &'static str) {
     let (first, expected) = message.split_once(", expected ").unwrap_or((message, ""));
     let known = names_in(expected);
@@ -322,7 +321,7 @@ fn explain(message: &str, location: &Location, table: &dyn TableLike) -> (String
     (format!("{}: {message}", location.subject()), "")
 }
 
-/// The same of a key that is none of those that are known.
+/// The message and hint for an unknown key.
 fn unknown_key(
     wrong: &str,
     known: &[&str],
@@ -349,7 +348,7 @@ fn offer(near: Option<&str>, known: &[&str]) -> String {
     }
 }
 
-/// The name in backticks after `prefix`.
+/// The name in backticks after `prefix`; None if the text is anything else.
 fn quoted<'a>(text: &'a str, prefix: &str) -> Option<&'a str> {
     text.strip_prefix(prefix)?
         .strip_prefix('`')?
@@ -361,7 +360,7 @@ fn names_in(text: &str) -> Vec<&str> {
     text.split('`').skip(1).step_by(2).collect()
 }
 
-/// Rust's names of types in plain words.
+/// Names of Rust types in plain words.
 fn plain(expected: &str) -> String {
     match expected {
         "f64" | "f32" => "a number".into(),
@@ -377,7 +376,7 @@ fn plain(expected: &str) -> String {
     }
 }
 
-/// `name:line: what`, the line's text, a hint.
+/// Error message of the form `name:line: what`, with the line's text and a hint below it.
 pub fn report(
     text: &str,
     name: &str,

@@ -1,4 +1,4 @@
-//! Writing files that are there whole or not at all.
+//! Writes files atomically: a file is there whole or not at all.
 
 use anyhow::{Error, Result};
 use std::fs::File;
@@ -6,12 +6,12 @@ use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
-/// What a new file may be used for, before the user's mask.
+/// Permissions of a new file before the user's mask.
 #[cfg(unix)]
 const ANYBODY: u32 = 0o666;
 
-/// Writes a file through a temporary one beside it: whoever looks at `path` finds what was there
-/// before or all of `content`, after a crash too. A link stays a link; permissions stay. Only a file in a folder that
+/// Writes a file through a temporary one beside it: whoever opens `path` finds the old content or all of `content`, after a
+/// crash too. A link stays a link; permissions stay. A file in a folder that
 /// may not be written to is written in its place.
 ///
 /// # Errors
@@ -20,10 +20,10 @@ pub fn write_whole(path: &Path, content: impl AsRef<[u8]>) -> Result<()> {
     NewFile::of(path, content)?.keep()
 }
 
-/// The same for what is too long to be held in memory: `write` is given the file.
+/// As [`write_whole`] for content that does not fit in memory: `write` writes it to the file.
 ///
 /// # Errors
-/// Those of [`write_whole`], and what `write` says; then `path` is as it was.
+/// Those of [`write_whole`] and of `write`; then `path` is unchanged.
 pub fn write_whole_with(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> Result<()>,
@@ -31,17 +31,18 @@ pub fn write_whole_with(
     NewFile::written(path, write)?.keep()
 }
 
-/// A whole file that has not got its name yet; one that is dropped leaves nothing. Files that belong together are
-/// written first and then kept.
+/// A complete temporary file that has not got its name yet; dropped without [`keep`](Self::keep) it vanishes. Files that
+/// belong together are all written before the first is kept.
 #[must_use = "only `keep` gives it its name"]
 pub struct NewFile {
     path: PathBuf,
-    /// What `path` leads to, and what shall be there; none for a device, which is written to at once.
+    /// The target of `path` (links resolved), and the temporary file for it. None if the target was written directly: a
+    /// device, or a file in a folder that may not be written to.
     new: Option<(PathBuf, NamedTempFile)>,
 }
 
 impl NewFile {
-    /// Writes this content beside `path`.
+    /// Writes this content into a temporary file beside `path`.
     ///
     /// # Errors
     /// Those of [`write_whole`].
@@ -49,7 +50,7 @@ impl NewFile {
         Self::written(path, |file| Ok(file.write_all(content.as_ref())?))
     }
 
-    /// Writes beside `path` what shall be there.
+    /// Writes into a temporary file beside `path` what `write` gives.
     ///
     /// # Errors
     /// Those of [`write_whole_with`].
@@ -59,7 +60,7 @@ impl NewFile {
         Ok(Self { path, new })
     }
 
-    /// Gives it its name, in place of what had it.
+    /// Renames the temporary file, which replaces the old one.
     ///
     /// # Errors
     /// The folder cannot be written to.
@@ -84,7 +85,7 @@ fn beside(
         return Ok(None);
     }
     if old.is_some() {
-        // What may not be written to may not be replaced either.
+        // A file without write permission must not be replaced either.
         File::options().write(true).open(&target)?;
     }
     let folder = match target.parent() {
@@ -95,7 +96,7 @@ fn beside(
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(ANYBODY));
     let mut new = match builder.tempfile_in(folder) {
-        // A file of one's own in a folder of somebody else has no room beside it.
+        // In a folder of another user there is no room for a temporary file, but one's own file can be written.
         Err(error) if error.kind() == ErrorKind::PermissionDenied && old.is_some() => {
             write(&mut File::create(&target)?)?;
             return Ok(None);
@@ -110,7 +111,7 @@ fn beside(
     Ok(Some((target, new)))
 }
 
-/// What a path leads to, be it there or not.
+/// The target of a path with links resolved, whether it exists or not.
 fn led_to(path: &Path) -> PathBuf {
     let folder = || path.parent().map(Path::to_path_buf).unwrap_or_default();
     let linked = || Some(folder().join(std::fs::read_link(path).ok()?));
@@ -118,7 +119,7 @@ fn led_to(path: &Path) -> PathBuf {
     found.unwrap_or_else(|| path.to_path_buf())
 }
 
-/// Says which file it was that could not be written, and what to do where the system's words do not.
+/// Adds to an error which file could not be written, and what to do about it.
 pub(crate) fn cannot_write(path: &Path, error: impl Into<Error>) -> Error {
     let error = error.into();
     let mut kinds = error
@@ -154,7 +155,7 @@ mod tests {
         assert!(link.is_symlink());
         let mode = std::fs::metadata(&file).unwrap().permissions().mode();
         assert_eq!(mode & 0o777, 0o640);
-        // Whether there is a file at its end or not yet.
+        // The link's target need not exist.
         std::fs::remove_file(&file).unwrap();
         write_whole(&link, b"third").unwrap();
         assert_eq!(std::fs::read(&file).unwrap(), b"third");

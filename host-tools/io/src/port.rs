@@ -1,4 +1,4 @@
-//! The host's end of a board's line.
+//! The host's end of the service line to a board.
 
 mod lock;
 
@@ -15,14 +15,14 @@ use std::time::Duration;
 pub const BAUD_RATE: u32 = 115_200;
 /// Longest wait of a single read.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
-/// Longest time for a TCP connection, and for a host that is slow to take bytes.
+/// Timeout of a TCP connection, and of writes to a slow host.
 const TIMEOUT: Duration = Duration::from_secs(3);
-/// Makers of debug probes with a serial line: STMicroelectronics.
+/// USB vendor of debug probes with a serial line: STMicroelectronics.
 const ST: u16 = 0x0483;
 
-/// What bytes go over, both ways.
+/// A byte stream in both directions.
 pub trait Line: Read + Write + Send {
-    /// The same line for another thread.
+    /// A second handle of the same line, for another thread.
     ///
     /// # Errors
     /// The system gives no more handles.
@@ -41,10 +41,10 @@ impl Line for Box<dyn SerialPort> {
     }
 }
 
-/// An open line. No other softdock has it.
+/// An open line, which no other softdock can open.
 pub struct Port {
     line: Box<dyn Line>,
-    /// Held while the line is open.
+    /// Lock of a TCP port; None for other lines.
     lock: Option<Arc<Lock>>,
 }
 
@@ -60,7 +60,7 @@ impl Port {
         }
     }
 
-    /// A line that is open already.
+    /// A port over a line that is open already.
     pub fn over(line: impl Line + 'static) -> Self {
         Self {
             line: Box::new(line),
@@ -68,7 +68,7 @@ impl Port {
         }
     }
 
-    /// The same line for another thread.
+    /// A second handle of the same port, for another thread.
     ///
     /// # Errors
     /// The system gives no more handles.
@@ -101,7 +101,7 @@ impl Port {
     }
 
     fn open_serial(path: &str, baud_rate: u32) -> Result<Self> {
-        // The device is locked by `serialport`, also against programs that are not softdock.
+        // `serialport` locks the device, also against programs other than softdock.
         let port = serialport::new(path, baud_rate)
             .timeout(POLL_INTERVAL)
             .open();
@@ -110,7 +110,7 @@ impl Port {
     }
 }
 
-/// `tcp:HOST:PORT`, and `HOST:PORT`, which no device is called.
+/// The address in `tcp:HOST:PORT` or `HOST:PORT`, which no device name looks like; None for a device.
 fn tcp_address(name: &str) -> Option<&str> {
     let is_port = |(host, port): (&str, &str)| {
         !host.is_empty() && !host.contains(['/', '\\']) && port.parse::<u16>().is_ok()
@@ -139,7 +139,7 @@ fn serial_error(path: &str, error: &serialport::Error) -> anyhow::Error {
 }
 
 impl Read for Port {
-    /// 0 bytes: nothing came for a while. The end of the line is an error.
+    /// Returns 0 if no bytes came in time. The end of the line is an error.
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         match self.line.read(buffer) {
             Ok(0) => Err(io::ErrorKind::UnexpectedEof.into()),
@@ -171,18 +171,18 @@ impl Write for Port {
 /// A serial port of this computer.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Found {
-    /// Its path.
+    /// Path or name of the port.
     pub port: String,
-    /// What is behind it.
+    /// Description of the device behind it.
     pub device: String,
-    /// It is a debug probe like that of a NUCLEO.
+    /// Whether it is a debug probe like that of a NUCLEO.
     pub probe: bool,
 }
 
 /// The serial ports of this computer.
 ///
 /// # Errors
-/// The system does not tell.
+/// The system does not list its ports.
 pub fn found() -> Result<Vec<Found>> {
     let ports = serialport::available_ports().context("the system does not tell its ports")?;
     let mut found: Vec<Found> = ports.into_iter().map(describe).collect();

@@ -7,10 +7,10 @@ use serde::Serialize;
 use softdock_app::robot_cycle::RobotCycle;
 use softdock_control::settings::Settings;
 
-/// What a replay found.
+/// Result of a replay.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct ReplayReport {
-    /// Every number of every cycle was found again, bit for bit.
+    /// Whether every number of every cycle was reproduced bit for bit.
     pub identical: bool,
     /// Cycles that were recomputed: all of them, or those up to the first difference.
     pub cycles: u64,
@@ -18,16 +18,16 @@ pub struct ReplayReport {
     pub first_difference: Option<FirstDifference>,
 }
 
-/// A number that the replay did not find again.
+/// A number that the replay did not reproduce.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct FirstDifference {
     /// Number of the cycle.
     pub cycle: u64,
     /// Name of the number, with its unit; the same as that of its CSV column.
     pub quantity: String,
-    /// What the recording says.
+    /// Its text in the recording.
     pub recorded: String,
-    /// What the replay says.
+    /// Its text in the replay.
     pub recomputed: String,
     /// The bits of both, hexadecimal.
     pub recorded_bits: String,
@@ -57,11 +57,11 @@ impl core::fmt::Display for ReplayReport {
     }
 }
 
-/// A replay, file by file: a board's state goes on from one to the next.
+/// A replay file by file: the controller's state carries over from one file to the next.
 #[derive(Default)]
 pub struct Replay {
     controller: Option<(RobotCycle<f64>, Settings)>,
-    /// Cycles that were found again.
+    /// Number of cycles that were reproduced.
     cycles: u64,
 }
 
@@ -71,10 +71,12 @@ pub fn replay(recording: &Recording) -> anyhow::Result<ReplayReport> {
 }
 
 impl Replay {
-    /// Recomputes every cycle of the next recording and compares the correction, the stop request and every
-    /// number of the trace. The report is of all files so far. Fails if the first one does not begin with the
-    /// board's first cycle, because the state of the controller is not recorded, if the next one does not
-    /// begin where the one before ended, or if its settings cannot be read.
+    /// Recomputes every cycle of the next recording and compares the correction, the stop request and every number of the
+    /// trace. The report covers all files so far.
+    ///
+    /// # Errors
+    /// The first recording does not begin with the board's first cycle (the controller's state is not recorded), a later one
+    /// does not begin where the one before ended, or the settings cannot be read.
     pub fn take(&mut self, recording: &Recording) -> anyhow::Result<ReplayReport> {
         self.check_cycles(recording)?;
         let settings = recording.header.control_settings()?;

@@ -1,9 +1,9 @@
-//! Words of commands that a person copies.
+//! Quotes words of shell commands that a person copies.
 
 use std::fmt::Display;
 
-/// A word as a POSIX shell reads it: a path with a space stays one word, and nothing in it is expanded. What begins with `-` is still
-/// an option to the command.
+/// Quotes a word for a POSIX shell: a path with a space stays one word, and nothing in it is expanded. A word that begins
+/// with `-` is still an option to the command.
 pub fn quoted(word: impl Display) -> String {
     let text = word.to_string();
     let plain = |c: char| c.is_alphanumeric() || "/._-%+=:,@".contains(c);

@@ -5,7 +5,7 @@ use super::{DataTable, Description, Values};
 use anyhow::Result;
 use serde::Serialize;
 
-/// The JSON file.
+/// Content of the JSON file.
 #[derive(Serialize)]
 struct Sidecar<'a> {
     metadata: serde_json::Map<String, serde_json::Value>,
@@ -27,7 +27,7 @@ impl DataTable {
         Ok(csv.into_inner()?)
     }
 
-    /// The columns in words, as JSON.
+    /// Units and meanings of the columns, and the metadata, as JSON.
     pub(super) fn description(&self) -> Result<String> {
         let columns: Vec<Description> = self.columns.iter().map(Description::of).collect();
         let metadata = self.metadata.iter().cloned();
@@ -40,10 +40,10 @@ impl DataTable {
 }
 
 impl Values {
-    /// The shortest text that reads back to the same value.
+    /// A value as the shortest text that reads back to the same value; empty for a missing one.
     fn text(&self, row: usize) -> String {
         let text = match self {
-            // With an exponent where a number is very large or very small.
+            // `{:?}` writes very large and very small numbers with an exponent.
             Self::Number(values) => values[row].map(|value| format!("{value:?}")),
             Self::Count(values) => values[row].map(|value| value.to_string()),
             Self::Flag(values) => values[row].map(|value| value.to_string()),

@@ -1,23 +1,23 @@
-//! What a table's values do not say themselves: units and meanings.
+//! Units and meanings of a table's columns.
 
 use super::{DataColumn, Values};
 use anyhow::{Result, bail};
 use serde::{Deserialize, Serialize};
 
-/// A column in words, as it stands beside the values of any table that softdock writes.
+/// Description of a column, as it is stored beside the values of any table that softdock writes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Description {
     /// Name of the column.
     pub name: String,
     /// Unit as printed, `1` for none.
     pub unit: String,
-    /// Type of its values, as ROS 2 calls it.
+    /// Type of the values, by its name in ROS 2.
     #[serde(rename = "type")]
     pub kind: String,
-    /// What may stand in it, if it holds words.
+    /// The words that the column may contain; empty unless it holds words.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub words: Vec<String>,
-    /// What it means.
+    /// Meaning of the column.
     pub meaning: String,
 }
 
@@ -38,7 +38,7 @@ impl Description {
         }
     }
 
-    /// The column without its values.
+    /// An empty column of this description. An error if the type is unknown.
     pub(super) fn column(&self) -> Result<DataColumn> {
         let Self { name, kind, .. } = self;
         let values = match kind.as_str() {

@@ -1,7 +1,7 @@
 //! Tables that other programs read: columns of numbers, counts, yes or no, and text, each with its
 //! unit and meaning, as CSV and as Parquet. (What a person reads is a `softdock_report::Table`.)
 //!
-//! The same table gives the same bytes: no clock, no host, no order that a thread decides.
+//! The same table gives the same bytes: they depend on no clock, host or order of threads.
 //!
 //! ```
 //! use softdock_io::data_table::{DataColumn, DataTable};
@@ -33,7 +33,7 @@ use std::path::Path;
 pub struct DataTable {
     /// The columns, all equally long, each with a name of its own.
     pub columns: Vec<DataColumn>,
-    /// What holds for the whole table: names and texts.
+    /// Metadata of the whole table: names and texts.
     pub metadata: Vec<(String, String)>,
 }
 
@@ -44,14 +44,14 @@ pub struct DataColumn {
     pub name: String,
     /// Unit as printed: `N`; `1` for none.
     pub unit: String,
-    /// What it means.
+    /// Meaning of the column.
     pub meaning: String,
     /// Its values, one for each row.
     pub values: Values,
 }
 
 impl DataColumn {
-    /// A column of any values that a table can hold.
+    /// A column with values of any type that a table can hold.
     pub fn new(
         name: impl Into<String>,
         unit: impl Into<String>,
@@ -67,7 +67,7 @@ impl DataColumn {
     }
 }
 
-/// The values of a column; `None` where there is none.
+/// The values of a column; `None` for a missing value.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[serde(untagged)]
 pub enum Values {
@@ -134,7 +134,7 @@ impl DataTable {
         })
     }
 
-    /// The text of a name in the metadata.
+    /// The text of a metadata entry; None if there is no such entry.
     pub fn metadata(&self, name: &str) -> Option<&str> {
         let found = self.metadata.iter().find(|(known, _)| known == name);
         found.map(|(_, text)| text.as_str())
@@ -171,7 +171,7 @@ impl DataTable {
         Self::of_parquet(bytes, &path.display().to_string())
     }
 
-    /// Reads a table from the bytes of such a file; `name` stands for it in errors.
+    /// Reads a table from the bytes of a Parquet file; `name` stands for the file in errors.
     ///
     /// # Errors
     /// It is no whole table of softdock.
@@ -180,7 +180,7 @@ impl DataTable {
             .with_context(|| format!("{name} is not a whole table of softdock (Parquet)"))
     }
 
-    /// Columns are equally long, and no name stands twice.
+    /// An error unless all columns are equally long and have different names.
     fn check(&self) -> Result<()> {
         let mut names = BTreeSet::new();
         for DataColumn { name, values, .. } in &self.columns {

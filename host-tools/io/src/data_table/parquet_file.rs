@@ -20,17 +20,17 @@ use std::sync::Arc;
 
 /// Rows in a group.
 const GROUP_ROWS: usize = 65_536;
-/// Of zstd: what its authors recommend.
+/// Compression level of zstd: the one that its authors recommend.
 const LEVEL: i32 = 3;
-/// Writer, in the file.
+/// Writer that the file names.
 const CREATED_BY: &str = "softdock";
-/// Name of the columns' descriptions in the metadata.
+/// Metadata key of the columns' descriptions.
 const COLUMNS: &str = "softdock.columns";
-/// What the checksum stands behind, in the metadata.
+/// Marks the checksum in the metadata: the digits follow.
 const CHECKSUM: &str = "softdock.checksum=";
-/// What stands there while it is computed.
+/// Placeholder of the checksum while the checksum is computed.
 const NO_SUM: &str = "0000000000000000";
-/// Definition level of a value that is there.
+/// Definition level of a present value.
 const PRESENT: i16 = 1;
 
 impl DataTable {
@@ -119,13 +119,13 @@ impl DataTable {
             .collect::<Result<_>>()?;
         Ok(Self {
             columns,
-            // Behind the checksum.
+            // The first entry is the description, the second the checksum.
             metadata: entries.skip(1).collect(),
         })
     }
 }
 
-/// The checksum of a file, in which zeros stand for it, as digits, and where it belongs.
+/// Computes the checksum of a file with zeros in its place. Returns its digits, and where in the file they belong.
 fn checksum(file: &[u8]) -> Result<(String, Range<usize>)> {
     const CRC: Crc<u64> = Crc::<u64>::new(&CRC_64_XZ);
     let mark = file
@@ -142,7 +142,7 @@ fn checksum(file: &[u8]) -> Result<(String, Range<usize>)> {
 }
 
 impl Values {
-    /// Writes a part of them.
+    /// Writes some rows of the column.
     fn write(&self, rows: Range<usize>, to: &mut SerializedColumnWriter<'_>) -> Result<()> {
         match self {
             Self::Number(values) => write::<DoubleType, _>(to, &values[rows], |value| *value),

@@ -38,7 +38,7 @@ fn table(rows: usize) -> DataTable {
     }
 }
 
-/// What comes back from a file.
+/// The table after it was written to a file and read back.
 fn read_again(table: &DataTable) -> DataTable {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("table.parquet");
@@ -130,7 +130,7 @@ fn a_file_cut_off_anywhere_is_refused() {
     }
 }
 
-/// Where a decoder would read something else, or panic.
+/// A decoder would read wrong values from a damaged file, or panic.
 #[test]
 fn a_bit_that_flips_is_noticed_or_changes_nothing() {
     let folder = tempfile::tempdir().unwrap();

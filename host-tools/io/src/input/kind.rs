@@ -1,11 +1,11 @@
-//! What a file is that was given for another one.
+//! Recognises a file that was given in place of another kind.
 
 use toml_edit::TableLike;
 
 /// First bytes of an MCAP file.
 const MCAP: &[u8] = b"\x89MCAP";
 
-/// Keys that only one kind of file has at its top level, and the hint for where another was asked for.
+/// Top-level keys that only one kind of file has, and the hint if another kind was expected.
 const KINDS: [(&[&str], &str); 5] = [
     (
         &["board", "start_position_m", "duration_s"],
@@ -33,7 +33,7 @@ const KINDS: [(&[&str], &str); 5] = [
     ),
 ];
 
-/// What a table looks like, unless it is what has these keys.
+/// The hint on which kind of file a table is; None if that kind was expected (its keys are among `known`) or is unknown.
 pub(super) fn other_kind(table: &dyn TableLike, known: &[&str]) -> Option<&'static str> {
     let has = |keys: &&[&str]| keys.iter().any(|key| table.contains_key(key));
     let (keys, hint) = KINDS.iter().find(|(keys, _)| has(keys))?;
@@ -41,7 +41,7 @@ pub(super) fn other_kind(table: &dyn TableLike, known: &[&str]) -> Option<&'stat
     (!expected).then_some(*hint)
 }
 
-/// What bytes are that are no text.
+/// Error message for bytes that are not text.
 pub(super) fn of_bytes(bytes: &[u8]) -> &'static str {
     if bytes.starts_with(MCAP) {
         "this is a recording (MCAP), expected is a TOML file: were two files swapped?"

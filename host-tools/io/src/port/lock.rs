@@ -1,25 +1,25 @@
-//! A lock among the softdocks of this computer, for what the system does not lock itself.
+//! A lock among all softdock processes of this computer, for lines that the system does not lock.
 
 use anyhow::{Context, Result, bail, ensure};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-/// Files that may be removed under our hands before that is an error.
+/// Attempts to lock a file that others remove again and again, before that is an error.
 const ATTEMPTS: usize = 100;
 
 /// A locked file in the folder for temporary files.
 ///
-/// Who has the lock removes the file before letting it go, and who gets a lock looks whether its file
-/// is still the one of that name: else it has locked a file that nobody else will find, and opens
-/// anew. So no two have it at a time. A program that is killed leaves the file behind, unlocked; on
-/// Windows, where an open file has its name until it is closed, it always stays.
+/// The holder removes the file before it releases the lock. Whoever gets a lock checks that its file is still the one of that
+/// name: otherwise it has locked a file that nobody else can find, and it opens the name again. So no two processes hold the
+/// lock at a time. A program that is killed leaves the file behind, unlocked. On Windows the file always stays, as an open
+/// file keeps its name until it is closed.
 pub(super) struct Lock {
     file: File,
     path: PathBuf,
 }
 
 impl Lock {
-    /// Takes the lock of this name.
+    /// Acquires the lock of this name.
     ///
     /// # Errors
     /// Another softdock has it, or no file can be made.
@@ -54,13 +54,13 @@ impl Lock {
 impl Drop for Lock {
     fn drop(&mut self) {
         if cfg!(unix) && is_at(&self.file, &self.path) {
-            // One that cannot be removed stays, unlocked.
+            // A file that cannot be removed stays, but unlocked.
             let _ = std::fs::remove_file(&self.path);
         }
     }
 }
 
-/// Whether an open file is the one of this name.
+/// Whether an open file is still the one at this path.
 #[cfg(unix)]
 fn is_at(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -69,7 +69,7 @@ fn is_at(file: &File, path: &Path) -> bool {
     own.is_some() && own == place(path.metadata())
 }
 
-/// Nobody removes the file of a lock there.
+/// Here lock files are never removed.
 #[cfg(not(unix))]
 fn is_at(_: &File, _: &Path) -> bool {
     true

@@ -1,10 +1,10 @@
-//! What a simulated run's recording holds in single precision, and how it gets all digits back.
+//! Recordings of simulated runs hold computed numbers in single precision; this module restores all digits.
 //!
-//! A cycle is a function of the inputs up to it, and in a simulated run this program itself is the board. Its recording has
-//! the inputs, the measured motion, the answer and the status in full, and what the cycle computed in between in single
-//! precision, as a viewer draws it, with a checksum of the numbers in full. A reader computes them again; where the checksum
-//! is another, because the reader is another version than the writer was, the numbers stay as they were written.
-//! A board's recording says what the board did, whatever this program would compute: it has everything in full.
+//! A cycle is a function of the inputs up to it, and in a simulated run this program itself is the board. The recording holds
+//! inputs, measured motion, answer and status in full. What the cycle computes in between it holds in single precision, as a
+//! viewer draws it, with a checksum of the full numbers. A reader computes these numbers again. If the checksum differs,
+//! because reader and writer are different versions, the single-precision numbers stay. The recording of a board holds
+//! everything in full: it says what the board did, whatever this program would compute.
 
 use super::cdr::Encoder;
 use super::field::{EachNumber, Number};
@@ -13,22 +13,22 @@ use super::{Header, Recording};
 use softdock_app::robot_cycle::RobotCycle;
 use softdock_control::io::Trace;
 
-/// From which cycle on numbers have single precision, because this program computes others.
+/// First cycle whose numbers stay in single precision, because this program computes other numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rounded {
-    /// Place of the cycle in the recording.
+    /// Index of the cycle in the recording.
     pub place: usize,
-    /// Checksum of its numbers as they were computed when it was recorded.
+    /// Checksum of its numbers as the writer computed them.
     pub checksum: u32,
 }
 
 impl Recording {
-    /// What a reader of its numbers should know of the file.
+    /// Remarks on the file for readers of its numbers: that it was cut off, that numbers are rounded.
     pub fn notes(&self) -> impl Iterator<Item = String> + use<> {
         self.cut.clone().into_iter().chain(self.rounding())
     }
 
-    /// That numbers are [`Self::rounded`].
+    /// A sentence on [`Self::rounded`]; None if no numbers are rounded.
     pub fn rounding(&self) -> Option<String> {
         self.rounded.map(|rounded| {
             format!(
@@ -40,7 +40,7 @@ impl Recording {
     }
 }
 
-/// Checksum of what a cycle computes: CRC-32 of the messages in full. All NaN count as the same number.
+/// CRC-32 of the computed messages in double precision. All NaN count as the same number.
 pub(super) fn checksum(scratch: &mut Encoder, row: &mut Row) -> u32 {
     scratch.begin();
     for topic in Topic::COMPUTED {
@@ -49,7 +49,7 @@ pub(super) fn checksum(scratch: &mut Encoder, row: &mut Row) -> u32 {
     crc32fast::hash(scratch.bytes())
 }
 
-/// Encodes numbers, whichever NaN the hardware makes.
+/// Encodes numbers with one bit pattern for all NaN: it differs between processors.
 struct OneNan<'a>(&'a mut Encoder);
 
 impl EachNumber for OneNan<'_> {
@@ -69,14 +69,14 @@ impl EachNumber for OneNan<'_> {
     }
 }
 
-/// Computes the cycles of a recording again.
+/// Recomputes the cycles of a recording.
 pub(super) struct Again {
     controller: RobotCycle<f64>,
     scratch: Encoder,
 }
 
 impl Again {
-    /// None if this version cannot run with these settings.
+    /// None if this version cannot run with the settings of the recording.
     pub(super) fn new(header: &Header) -> Option<Self> {
         let settings = header.control_settings().ok()?;
         Some(Self {
@@ -85,7 +85,8 @@ impl Again {
         })
     }
 
-    /// Gives the next cycle all digits; false if it was computed otherwise.
+    /// Replaces the computed numbers of the next cycle by the recomputed ones. Returns false, and leaves the cycle as it is,
+    /// if their checksum differs.
     pub(super) fn complete(&mut self, row: &mut Row) -> bool {
         let recorded = row.cycle;
         let mut again = Row {
@@ -100,7 +101,7 @@ impl Again {
     }
 }
 
-/// The computed numbers with the others as they were recorded.
+/// The recomputed trace with those numbers that are recorded in full.
 fn recorded_in_full(recorded: &Trace, computed: Trace) -> Trace {
     Trace {
         cycle: recorded.cycle,

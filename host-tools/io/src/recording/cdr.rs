@@ -7,49 +7,49 @@ use super::field::{EachNumber, Field, Number, Visitor, Words};
 /// Encapsulation header: representation CDR_LE, no options.
 const HEADER: [u8; 4] = [0, 1, 0, 0];
 
-/// Writes messages into one buffer, each in place of the one before or behind it.
+/// Encodes messages into one buffer, each replacing the one before or appended to it.
 #[derive(Debug, Default)]
 pub(super) struct Encoder {
-    /// As long as the longest content so far.
+    /// Never shortened: as long as the longest content so far.
     buffer: Vec<u8>,
-    /// Where the numbers of the present message begin.
+    /// Offset of the present message's body, from which alignment counts.
     body: usize,
     /// End of the content.
     end: usize,
 }
 
 impl Encoder {
-    /// Begins a new message in place of all before.
+    /// Begins a message, replacing all content.
     pub(super) fn begin(&mut self) {
         self.clear();
         self.begin_next();
     }
 
-    /// Begins a new message behind what is there.
+    /// Begins a message after the present content.
     pub(super) fn begin_next(&mut self) {
         self.raw(&HEADER);
         self.body = self.end;
     }
 
-    /// Takes out all content.
+    /// Removes all content.
     pub(super) fn clear(&mut self) {
         self.end = 0;
     }
 
-    /// Bytes that are not part of a message, behind what is there.
+    /// Appends bytes that are not part of a message.
     pub(super) fn raw(&mut self, bytes: &[u8]) {
         self.body = self.end;
         self.room::<u8>(bytes.len()).copy_from_slice(bytes);
     }
 
-    /// A string: its length with the zero byte that ends it, its bytes.
+    /// Appends a string: its length including the zero byte that ends it, its bytes, the zero byte.
     pub(super) fn text(&mut self, text: &str) {
         self.count(text.len() + 1);
         self.room::<u8>(text.len()).copy_from_slice(text.as_bytes());
         self.number(0_u8);
     }
 
-    /// The length of a sequence, whose elements follow.
+    /// Appends the length of a sequence, whose elements follow.
     pub(super) fn count(&mut self, count: usize) {
         self.number(count as u32);
     }
@@ -59,15 +59,15 @@ impl Encoder {
         &self.buffer[..self.end]
     }
 
-    /// The same, to be changed.
+    /// The content so far, mutable.
     pub(super) fn bytes_mut(&mut self) -> &mut [u8] {
         &mut self.buffer[..self.end]
     }
 
-    /// Room for `count` numbers, aligned to one of them.
+    /// Space for `count` numbers, aligned to the size of one.
     #[inline]
     fn room<T: Number>(&mut self, count: usize) -> &mut [u8] {
-        // Known to the compiler: the remainder costs no division.
+        // A compile-time constant: `next_multiple_of` costs no division.
         let size = size_of::<T::Bytes>();
         let length = self.end - self.body;
         let padding = length.next_multiple_of(size) - length;
@@ -76,7 +76,7 @@ impl Encoder {
         if end > self.buffer.len() {
             self.buffer.resize(end, 0);
         }
-        // Most numbers need none, and a call for nothing would cost more than the number.
+        // Most numbers need no padding, and a call of `fill` for zero bytes would cost more than storing the number.
         if padding > 0 {
             self.buffer[self.end..start].fill(0);
         }
@@ -101,7 +101,7 @@ impl EachNumber for Encoder {
     }
 }
 
-/// Bytes that are not the message that was expected.
+/// Error in bytes that are not the expected message.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub(super) enum CdrError {
     #[error("expected a message of little-endian CDR (00 01 00 00), it begins with {0:02x?}")]
@@ -122,10 +122,10 @@ pub(super) enum CdrError {
     Long { expected: usize, received: usize },
 }
 
-/// Reads one message.
+/// Decodes one message.
 #[derive(Debug)]
 pub(super) struct Decoder<'a> {
-    /// The message after its header.
+    /// The message without its encapsulation header.
     body: &'a [u8],
     at: usize,
 }
@@ -138,7 +138,7 @@ impl<'a> Decoder<'a> {
         }
     }
 
-    /// Checks that nothing is left.
+    /// An error unless all bytes were read.
     pub(super) fn finish(self) -> Result<(), CdrError> {
         if self.at == self.body.len() {
             return Ok(());
@@ -170,7 +170,7 @@ impl Visitor for Decoder<'_> {
         for value in values {
             let bytes = self.take(field, size_of::<T::Bytes>())?;
             let number = T::Bytes::try_from(bytes).ok().and_then(T::from_bytes);
-            // Only a bool has bytes that are no number.
+            // Only a bool can have invalid bytes.
             *value = number.ok_or_else(|| not_below(field, 2, bytes))?;
         }
         Ok(())

@@ -1,4 +1,4 @@
-//! Recorded quantities as series of numbers, to draw them.
+//! Recorded quantities as series of numbers, for plots.
 
 use super::Recording;
 use super::field::{EachNumber, Number};
@@ -7,19 +7,19 @@ use super::table::changing;
 use super::topics::{Row, Topic};
 use serde::Serialize;
 
-/// A quantity of every cycle. It has the name that it has in CSV files.
+/// A quantity that each cycle has, with the name of its CSV column.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Column {
     /// Name, with its unit: `wrench_force_x_n`.
     pub name: String,
     /// Unit as printed; `1` if it has none.
     pub unit: &'static str,
-    /// What it means.
+    /// Meaning of the quantity.
     pub about: &'static str,
 }
 
 impl Recording {
-    /// All quantities whose numbers change.
+    /// All quantities that are not constant.
     pub fn columns(&self) -> Vec<Column> {
         let described = self.topics().iter().flat_map(|topic| {
             fields(*topic).into_iter().flat_map(move |described| {
@@ -37,8 +37,8 @@ impl Recording {
         changing.collect()
     }
 
-    /// The series of some quantities by their names, in the order of `names`; none for a name that no
-    /// quantity has. Words are given by their place in the list of the schema.
+    /// The series of the quantities with these names, in the order of `names`; `None` for an unknown name. A word is given as
+    /// its index in the list of the schema.
     pub fn series(&self, names: &[&str]) -> Vec<Option<Vec<f64>>> {
         let topics = self.topics().iter();
         let all: Vec<String> = topics.flat_map(|t| super::text::columns(*t)).collect();
@@ -62,7 +62,7 @@ impl Recording {
         Topic::all(!self.truth.is_empty())
     }
 
-    /// Hands over the numbers of each cycle, in the order of the columns.
+    /// Calls `each` with the numbers of each cycle, in the order of the columns.
     fn each_row(&self, mut each: impl FnMut(&[f64])) {
         let mut numbers = Numbers::default();
         for (n, cycle) in self.cycles.iter().enumerate() {

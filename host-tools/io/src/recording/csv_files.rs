@@ -1,6 +1,5 @@
 //! Recordings as CSV: one row per cycle, the time first, and beside it a JSON file that holds what a
-//! table cannot: the header, and unit and meaning of each column. Both together give the recording
-//! back bit by bit.
+//! table cannot: the header, and unit and meaning of each column. Both together restore the recording bit by bit.
 
 use super::schema::{Described, fields};
 use super::text::{CellReader, CellWriter, columns};
@@ -13,14 +12,14 @@ use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::Path;
 
-/// Name of the format, in the JSON file.
+/// Name of the format in the JSON file.
 const FORMAT: &str = "softdock-csv";
-/// The first column.
+/// Name of the first column.
 const TIME: &str = "status_time_s";
 /// Version of the format.
 const VERSION: u32 = 1;
 
-/// The JSON file.
+/// Content of the JSON file.
 #[derive(Debug, Serialize, Deserialize)]
 struct Sidecar {
     format: String,
@@ -36,7 +35,7 @@ struct Sidecar {
     began: Option<Beginning>,
     /// Why the recording ended early.
     cut: Option<String>,
-    /// When it was.
+    /// Wall clock of the recording.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     wall_clock: Option<WallClock>,
     /// Number of rows.
@@ -49,8 +48,7 @@ fn is_zero(turns: &i32) -> bool {
     *turns == 0
 }
 
-/// Writes `path` (CSV) and the JSON file of the same name beside it: each whole; the table
-/// comes last.
+/// Writes `path` (CSV) and the JSON file of the same name beside it. Each is written atomically; the table comes last.
 ///
 /// # Errors
 /// The files cannot be written.
@@ -116,7 +114,7 @@ fn write_table(
     Ok(table.flush()?)
 }
 
-/// The system's error, which an error of the table hides.
+/// The system's error behind an error of the CSV library.
 fn cause(error: csv::Error) -> anyhow::Error {
     match error.kind() {
         csv::ErrorKind::Io(cause) => std::io::Error::from(cause.kind()).into(),
@@ -124,7 +122,7 @@ fn cause(error: csv::Error) -> anyhow::Error {
     }
 }
 
-/// The columns in the order of the table.
+/// The columns with the time first.
 fn time_first<T>(columns: impl IntoIterator<Item = T>, name: impl Fn(&T) -> &str) -> Vec<T> {
     let mut columns: Vec<T> = columns.into_iter().collect();
     columns.sort_by_key(|column| name(column) != TIME);
@@ -186,7 +184,7 @@ pub fn import_csv(path: &Path) -> anyhow::Result<Recording> {
 }
 
 fn read_sidecar(path: &Path) -> anyhow::Result<Sidecar> {
-    /// Format and version alone, which an unknown version has too.
+    /// Format and version alone, which can be read from a file of any version.
     #[derive(Deserialize)]
     struct Kind {
         #[serde(default)]
@@ -205,7 +203,7 @@ fn read_sidecar(path: &Path) -> anyhow::Result<Sidecar> {
 
 fn read_table(path: &Path) -> anyhow::Result<Recording> {
     let text = std::fs::read(path)?;
-    // A number that was cut off is still a number.
+    // A number whose last digits are cut off is still a number, so the line end has to be checked.
     ensure!(
         text.ends_with(b"\n"),
         "the last row has no line end: the file was cut off"
@@ -239,7 +237,7 @@ fn read_table(path: &Path) -> anyhow::Result<Recording> {
     Ok(recording)
 }
 
-/// Places of a recording's numbers in the row, whatever the order of its columns.
+/// Index in the table of each number of a recording, whatever the order of the table's columns.
 fn places(names: &csv::StringRecord, topics: &[Topic]) -> anyhow::Result<Vec<usize>> {
     let expected = topics.iter().flat_map(|topic| columns(*topic));
     let places: Vec<usize> = expected

@@ -18,22 +18,22 @@ pub struct Difference {
     pub bits: [String; 2],
 }
 
-/// Compares cycles; keeps its buffers from one to the next.
+/// Compares cycles. It keeps its buffers between calls.
 #[derive(Debug, Default)]
 pub struct Comparison {
     encoders: [Encoder; 2],
 }
 
 impl Comparison {
-    /// The first number that differs, if any. All NaN count as the same number: which of them
-    /// the hardware makes is its own affair.
+    /// The first number that differs, if any. All NaN count as the same number, as their bit pattern differs between
+    /// processors.
     pub fn first_difference(&mut self, cycles: [&CycleRecord; 2]) -> Option<Difference> {
         let forms = Topic::all(false).iter().copied().map(Form::Full);
         self.first_of(forms, cycles.map(row))
     }
 
-    /// Likewise where the first record is rounded: the second one is rounded before they are compared, and if that hides the
-    /// difference, it is in the checksum of all digits.
+    /// As [`Self::first_difference`] for a first record in single precision: the second one is rounded too before they are
+    /// compared. A difference that the rounding hides is found in the checksum of all digits.
     pub fn first_difference_rounded(
         &mut self,
         cycles: [&CycleRecord; 2],
@@ -71,7 +71,7 @@ fn row(cycle: &CycleRecord) -> Row {
     }
 }
 
-/// The first difference within a topic, with its name.
+/// The first difference within a topic, with name, texts and bits.
 fn named(form: Form, rows: &mut [Row; 2]) -> Option<Difference> {
     let [mut recorded, mut recomputed] = rows.each_mut().map(|row| {
         let (mut cells, mut bits) = (CellWriter::default(), BitWriter::default());
@@ -89,7 +89,7 @@ fn named(form: Form, rows: &mut [Row; 2]) -> Option<Difference> {
     })
 }
 
-/// Writes the bits of each number.
+/// Collects the bits of each number.
 #[derive(Debug, Default)]
 struct BitWriter(Vec<String>);
 

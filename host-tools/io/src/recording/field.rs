@@ -1,9 +1,8 @@
 //! Fields of the recorded messages, and the ways of going through them.
 //!
-//! `topics` goes through every field of every message once, in the order of the wire. What is
-//! done with a field is the business of a [`Visitor`]: encode it, decode it, describe it, write
-//! it as text or read it from text. Schema, encoder, decoder and CSV columns therefore cannot
-//! disagree.
+//! `topics` visits every field of every message once, in the order of the wire. A [`Visitor`] decides what is done with a
+//! field: encode it, decode it, describe it, write it as text or read it from text. Schema, encoder, decoder and CSV columns
+//! therefore cannot disagree.
 
 use std::convert::Infallible;
 
@@ -38,14 +37,14 @@ impl Unit {
     }
 }
 
-/// The numbers of a field.
+/// The components of a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Parts {
-    /// Their names; none for a single number.
+    /// Names of the components; empty for a single number.
     pub(super) names: &'static [&'static str],
-    /// The message whose fields they are in a schema, `package/Type`; without one they are an array.
+    /// Message type that the schema uses for these components, `package/Type`; None for an array.
     pub(super) message: Option<&'static str>,
-    /// Likewise in single precision.
+    /// Message type of the same components in single precision.
     pub(super) single: Option<&'static str>,
 }
 
@@ -71,7 +70,7 @@ impl Parts {
         }
     }
 
-    /// With a message for single precision.
+    /// The same components, with a message type for single precision.
     pub(super) const fn or_single(self, name: &'static str) -> Self {
         let single = Some(name);
         Self { single, ..self }
@@ -83,11 +82,11 @@ impl Parts {
 pub(super) struct Field {
     /// Name without the unit.
     pub(super) name: &'static str,
-    /// Unit of its number or numbers.
+    /// Unit of all its numbers.
     pub(super) unit: Unit,
-    /// Its numbers, if it has several.
+    /// Components, if the field has several.
     pub(super) parts: Parts,
-    /// What it means.
+    /// Meaning of the field.
     pub(super) about: &'static str,
 }
 
@@ -115,24 +114,24 @@ fn joined(words: &[&str]) -> String {
 /// The words of a choice, in the order of their codes.
 pub(super) type Words = &'static [&'static str];
 
-/// A way of going through the fields of a message. Each field is seen as a mutable place, so
-/// that the same walk reads and writes.
+/// An operation on all fields of a message. Each field is passed as a mutable reference, so that one walk serves to read and
+/// to write.
 pub(super) trait Visitor {
-    /// What can go wrong.
+    /// Error of the operation.
     type Error;
 
     /// A number or an array of numbers; `values` is as long as the field has parts.
     fn numbers<T: Number>(&mut self, field: &Field, values: &mut [T]) -> Result<(), Self::Error>;
 
-    /// One of several words; `code` is its place in `words`.
+    /// One of several words; `code` is its index in `words`.
     fn choice(&mut self, field: &Field, words: Words, code: &mut u8) -> Result<(), Self::Error>;
 }
 
-/// A visitor to which all numbers are alike: each of an array by itself, a word by its code.
+/// A visitor that treats all numbers alike: the components of an array one by one, a word as its code.
 pub(super) trait EachNumber {
     fn number<T: Number>(&mut self, value: T);
 
-    /// Numbers that follow each other.
+    /// The components of an array.
     #[inline]
     fn row<T: Number>(&mut self, values: &[T]) {
         values.iter().for_each(|value| self.number(*value));
@@ -154,21 +153,21 @@ impl<V: EachNumber> Visitor for V {
     }
 }
 
-/// A number that can stand in a message.
+/// A type of number that a message can hold.
 pub(super) trait Number: Copy + Default {
     /// Its name in a `ros2msg` schema.
     const ROS_TYPE: &'static str;
-    /// What it is in single precision.
+    /// The corresponding type in single precision.
     type Single: Number;
     /// Its bytes, least significant first.
     type Bytes: AsRef<[u8]> + for<'a> TryFrom<&'a [u8]>;
 
     fn to_bytes(self) -> Self::Bytes;
-    /// `None` if no number has these bytes.
+    /// `None` if the bytes are not a valid number.
     fn from_bytes(bytes: Self::Bytes) -> Option<Self>;
     fn to_single(self) -> Self::Single;
     fn from_single(single: Self::Single) -> Self;
-    /// As a number to draw; beyond 2⁵³ rounded.
+    /// The number for a plot; integers beyond 2⁵³ are rounded.
     fn as_f64(self) -> f64;
     /// The shortest text that reads back to the same bits.
     fn text(self) -> String;

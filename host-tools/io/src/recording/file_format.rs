@@ -1,4 +1,4 @@
-//! What all MCAP files that are written here have in common.
+//! Common parts of all MCAP files that are written here.
 
 use super::{FORMAT, Header, METADATA};
 use mcap::records::Metadata;
@@ -7,10 +7,10 @@ use std::collections::BTreeMap;
 /// Nanoseconds in a second: the unit of time in MCAP.
 pub(super) const NS_PER_S: f64 = 1e9;
 
-/// The program as the file's header names it.
+/// Name of this program in the file's header.
 pub(super) const LIBRARY: &str = concat!("softdock ", env!("CARGO_PKG_VERSION"));
 
-/// Quality of service with which a topic was offered: what the profile of MCAP for ROS 2 wants of each channel.
+/// Metadata key for the quality of service of a topic, which MCAP's profile for ROS 2 requires of each channel.
 pub(super) const QOS: &str = "offered_qos_profiles";
 
 /// Encoding of the messages, as MCAP's registry calls it.
@@ -40,7 +40,7 @@ pub(super) fn metadata(header: &Header, cut: Option<&str>) -> Metadata {
     }
 }
 
-/// Metadata of a channel that no node has offered.
+/// Metadata of a channel that was not recorded from a ROS 2 node: an empty quality of service.
 pub(super) fn channel_metadata() -> BTreeMap<String, String> {
     BTreeMap::from([(QOS.to_owned(), String::new())])
 }

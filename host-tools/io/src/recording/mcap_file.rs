@@ -1,8 +1,8 @@
-//! Writes an MCAP file whose messages are encoded where they are compressed.
+//! Writes an MCAP file whose messages are encoded directly into the buffer of the chunk.
 //!
-//! The crate `mcap` takes messages as bytes and hands each of them on in seven pieces, through four layers: that takes as long
-//! as to encode and to compress them. Here a chunk is one buffer, into which messages are encoded and which zstd gets in one
-//! call. There is no index of chunks or messages; everything else is as that crate writes it, from its own records.
+//! The crate `mcap` takes messages as bytes and passes each of them on in seven pieces, through four layers. That takes as
+//! long as encoding and compressing them. Here a chunk is one buffer: messages are encoded into it, and zstd compresses it in
+//! one call. There is no index of chunks or messages. Everything else is as that crate writes it, and uses its record types.
 
 use super::cdr::Encoder;
 use anyhow::{Context, Result};
@@ -19,41 +19,41 @@ use zstd::zstd_safe::compress_bound;
 
 /// Bytes of a record before its body: opcode and length.
 const RECORD_HEAD: usize = 9;
-/// Bytes of a message record before its data: channel, sequence, two times behind the head.
+/// Bytes of a message record before its data: record head, channel, sequence, two times.
 const MESSAGE_HEAD: usize = RECORD_HEAD + 2 + 4 + 8 + 8;
 
-/// Of which cycle a message is: its number, and the time at which it was logged and published, ns.
+/// Cycle of a message: its number, and the time (ns) at which it was logged and published.
 #[derive(Clone, Copy)]
 pub(super) struct Stamp {
     pub(super) sequence: u32,
     pub(super) time_ns: u64,
 }
 
-/// A file that is being written. One that is dropped is ended as well as that can be.
+/// A file that is being written. Dropping it ends the file as far as that is possible.
 pub(super) struct McapFile<W: Write> {
-    /// None once the file is ended, or a write has failed: nothing whole can follow.
+    /// None once the file has ended or a write has failed: nothing may be written after that.
     sink: Option<W>,
     position: u64,
-    /// Of the data section so far.
+    /// Checksum of the data section so far.
     checksum: Hasher,
     /// Records of the present chunk.
     chunk: Encoder,
-    /// Times of its first and last message, ns.
+    /// Times of the present chunk's first and last message, ns.
     chunk_times: Option<(u64, u64)>,
     zstd: Compressor<'static>,
-    /// Compressed records of the last chunk: memory that is used again.
+    /// Compressed records of the last chunk; kept to reuse its memory.
     compressed: Vec<u8>,
     schemas: Vec<(SchemaHeader, Vec<u8>)>,
-    /// Channels with how many messages they have.
+    /// Channels, each with its number of messages.
     channels: Vec<(Channel, u64)>,
     metadata: Vec<MetadataIndex>,
     chunks: u32,
-    /// Times of the first and last message, ns.
+    /// Times of the file's first and last message, ns.
     times: Option<(u64, u64)>,
 }
 
 impl<W: Write> McapFile<W> {
-    /// Begins a file of a profile, written by `library`, whose chunks are compressed with a level of zstd.
+    /// Begins a file of an MCAP profile, written by `library`. `level` is the compression level of zstd.
     pub(super) fn new(sink: W, profile: &str, library: &str, level: i32) -> Result<Self> {
         let mut file = Self {
             sink: Some(sink),
@@ -90,7 +90,8 @@ impl<W: Write> McapFile<W> {
         self.append(&record)
     }
 
-    /// Adds a channel, and its schema if none is like it: the channel's number. Both numbers are given here.
+    /// Adds a channel, and its schema unless an equal one exists. Returns the channel's number; the numbers of channel and
+    /// schema are assigned here.
     pub(super) fn add_channel(
         &mut self,
         schema: (&str, &str, &str),
@@ -104,7 +105,7 @@ impl<W: Write> McapFile<W> {
         Ok(id)
     }
 
-    /// The number of a schema: name, encoding, text.
+    /// The number of the schema with this name, encoding and text, which is added if necessary.
     fn add_schema(&mut self, (name, encoding, text): (&str, &str, &str)) -> Result<u16> {
         let same = |(header, data): &&(SchemaHeader, Vec<u8>)| {
             header.name == name && header.encoding == encoding && data == text.as_bytes()
@@ -150,13 +151,13 @@ impl<W: Write> McapFile<W> {
         }
     }
 
-    /// Writes the present chunk, and the sink what it keeps.
+    /// Writes the present chunk and flushes the sink.
     pub(super) fn flush(&mut self) -> Result<()> {
         self.end_chunk()?;
         Ok(self.sink()?.flush()?)
     }
 
-    /// Ends the file and gives the sink back.
+    /// Ends the file and returns the sink.
     pub(super) fn finish(mut self) -> Result<W> {
         self.end()?;
         let mut sink = self.sink.take().context(ENDED)?;
@@ -207,7 +208,7 @@ impl<W: Write> McapFile<W> {
         Ok(())
     }
 
-    /// The end of the data section, the summary, and the footer with the summary's checksum.
+    /// Writes the end of the data section, the summary, and the footer with the summary's checksum.
     fn end(&mut self) -> Result<()> {
         self.end_chunk()?;
         let data_section_crc = std::mem::take(&mut self.checksum).finalize();
@@ -289,12 +290,12 @@ impl<W: Write> Drop for McapFile<W> {
 
 const ENDED: &str = "the file is ended already, or could not be written";
 
-/// The number of what is added behind `count` others; MCAP begins with 1.
+/// Number of an item that is added after `count` others: MCAP counts from 1.
 fn number(count: usize) -> Result<u16> {
     Ok(u16::try_from(count + 1)?)
 }
 
-/// First and last time of two periods, of which the first may be missing.
+/// Smallest period that contains both; `period` may be missing.
 fn with(period: Option<(u64, u64)>, other: (u64, u64)) -> (u64, u64) {
     period.map_or(other, |(start, end)| (start.min(other.0), end.max(other.1)))
 }
@@ -350,7 +351,7 @@ mod tests {
         }
     }
 
-    /// Two channels of one schema: a chunk of messages that are alike, metadata, another chunk.
+    /// Writes two channels of one schema: a chunk of similar messages, metadata, another chunk.
     fn written(file: &mut McapFile<impl Write>) -> Result<()> {
         let schema = ("package/msg/Type", "ros2msg", "uint8[100] x\n");
         let ids = [
@@ -437,7 +438,7 @@ mod tests {
         assert_eq!(end[RECORD_HEAD..], crc32fast::hash(data).to_le_bytes());
     }
 
-    /// A disk with room for so many bytes.
+    /// A disk with room for a limited number of bytes.
     struct Disk<'a>(&'a mut Vec<u8>, usize);
 
     impl Write for Disk<'_> {
@@ -452,7 +453,7 @@ mod tests {
         }
     }
 
-    /// Whatever was written, nothing comes behind what was not.
+    /// After a write that failed nothing more is written.
     #[test]
     fn a_full_disk_ends_the_file() {
         let whole = file();

@@ -2,17 +2,17 @@
 //!
 //! The native format is MCAP with ROS 2 messages, which Foxglove and PlotJuggler open:
 //! - `topics` names every recorded number, `field` and `words` say how it is described,
-//! - `cdr` and `schema` turn that into messages and their description,
-//! - `single` and `again` keep in half the room what can be computed again,
-//! - `writer` and `reader` put them into a file and get them back, also from half a file,
+//! - `cdr` and `schema` turn these into messages and their description,
+//! - `single` and `again` store in half the space what can be computed again,
+//! - `writer` and `reader` write messages into a file and read them back, also from a truncated file,
 //! - `mcap_file` is the file that the writer writes,
-//! - `table` keeps logs of other programs as the few columns that they have,
+//! - `table` stores logs of other programs with only the columns that they have,
 //! - `csv_files` and `text` do the same as CSV with a JSON file beside it,
-//! - `columns` gives the recorded quantities as series, to draw them,
-//! - `numbers` makes a topic of a table,
+//! - `columns` gives the recorded quantities as series for plots,
+//! - `numbers` writes a table as a topic,
 //! - `ros2` makes a copy with the standard messages of ROS 2, for viewers,
-//! - `outline` says how long a file is without reading its cycles,
-//! - `wall_clock` says what time it was,
+//! - `outline` reads the length of a file without reading its cycles,
+//! - `wall_clock` assigns times of day to cycles,
 //! - `difference` compares two records of a cycle.
 
 mod again;
@@ -52,15 +52,15 @@ use softdock_control::settings::Settings;
 /// Name and version of the format, in every recording.
 pub const FORMAT: &str = "softdock/1";
 
-/// Name of the metadata record by which a file shows that it is ours.
+/// Name of the metadata record that identifies a file of softdock.
 const METADATA: &str = "softdock";
 
-/// Profile of MCAP that our files follow: what programs for ROS 2 look for.
+/// MCAP profile of the files: programs for ROS 2 look for it.
 const PROFILE: &str = "ros2";
-/// Profile of versions up to 0.1.0.
+/// MCAP profile that versions up to 0.1.0 wrote.
 const OWN_PROFILE: &str = "softdock";
 
-/// What a recording says about itself.
+/// Description of a recording.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Header {
     /// Firmware that ran: name, version, git hash, dirty or not.
@@ -69,21 +69,21 @@ pub struct Header {
     pub settings_toml: String,
     /// The scenario of a simulated run as TOML.
     pub scenario_toml: Option<String>,
-    /// Whole turns of the first pose about the axis of a machine that turns, which a pose does not hold; of a log that was
-    /// imported.
+    /// Number of whole turns that the first pose of an imported log stands for, about the axis of a rotating machine: a pose
+    /// alone is known up to whole turns.
     pub whole_turns: i32,
-    /// Beginning of the log of which this is a later part; None of a whole log.
+    /// Beginning of the log if this recording is a later part of it; None for a whole log.
     pub began: Option<Beginning>,
 }
 
-/// Where a log begins, which effects that count from there depend on: a drift, a spring that rests at the start.
+/// Start of a log. Effects that count from there depend on it: a drift, a spring that rests at the start.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Beginning {
     /// Time of the first cycle, s.
     pub time_s: f64,
     /// First pose of M in C: position (m), quaternion (w x y z).
     pub pose: [f64; 7],
-    /// Its whole turns: see [`Header::whole_turns`].
+    /// Whole turns of that pose: see [`Header::whole_turns`].
     pub whole_turns: i32,
 }
 
@@ -100,7 +100,7 @@ impl Header {
     }
 }
 
-/// What a simulated rig really did at the instant of a cycle. Real rigs have no such record.
+/// True state of a simulated rig at the instant of a cycle. Real rigs have no such record.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TruthRecord {
     /// Time of the rig, s.
@@ -122,10 +122,10 @@ pub struct Recording {
     pub cycles: Vec<CycleRecord>,
     /// The rig's truth for each cycle; empty for a real rig.
     pub truth: Vec<TruthRecord>,
-    /// Why the file ended early, if it was cut off; what is here is whole.
+    /// Why the file ended early, if it was cut off; the cycles before are complete.
     pub cut: Option<String>,
-    /// Numbers of a simulated run that this version does not compute as they were computed then.
+    /// First cycle of a simulated run whose numbers this version computes otherwise than the writer; None if there is none.
     pub rounded: Option<Rounded>,
-    /// When it was, if a computer with a clock recorded it.
+    /// Wall clock, if a computer with a clock made the recording.
     pub wall_clock: Option<WallClock>,
 }

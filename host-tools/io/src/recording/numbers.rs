@@ -1,4 +1,4 @@
-//! Tables of numbers as a topic: a message for each row.
+//! Writes a table of numbers as a topic: one message per row.
 
 use super::cdr::Encoder;
 use super::field::EachNumber;
@@ -10,7 +10,7 @@ use std::fmt::Write;
 pub(super) struct NumbersTopic<'a> {
     table: &'a DataTable,
     columns: Vec<&'a [Option<f64>]>,
-    /// Name of the messages' type in the schema.
+    /// Name of the message type in the schema.
     pub(super) schema_name: &'static str,
 }
 
@@ -29,13 +29,13 @@ impl<'a> NumbersTopic<'a> {
         })
     }
 
-    /// A row; a missing value is NaN.
+    /// Encodes a row; a missing value is NaN.
     pub(super) fn row(&self, row: usize, message: &mut Encoder) {
         let values = self.columns.iter().map(|column| column.get(row).copied());
         values.for_each(|value| message.number(value.flatten().unwrap_or(f64::NAN)));
     }
 
-    /// The schema in the language of ROS 2 messages.
+    /// The schema of the messages (`ros2msg`).
     pub(super) fn ros2msg(&self) -> String {
         let columns = self.table.columns.iter();
         columns.fold(String::new(), |mut text, column| {

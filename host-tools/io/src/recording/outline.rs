@@ -1,4 +1,5 @@
-//! What a recording says of itself, from the ends of its file: an hour of cycles takes seconds and gigabytes to read.
+//! Header and length of a recording from both ends of its file. To read all cycles of an hour would take seconds and
+//! gigabytes.
 
 use super::reader::{Loader, each_record};
 use super::{Header, Recording};
@@ -12,19 +13,19 @@ use std::path::Path;
 /// Header and extent of a recording.
 #[derive(Clone, Debug)]
 pub struct Outline {
-    /// What the recording says about itself.
+    /// Description of the recording.
     pub header: Header,
-    /// Why the file ended early.
+    /// Why the file ended early; None if it is complete.
     pub cut: Option<String>,
     /// Number of cycles.
     pub cycles: usize,
-    /// From the least time to the largest, s: those of the first and last cycle of a recording that a board made. In the ends of a
-    /// file, times before zero are zero.
+    /// Largest minus smallest time, s. For a board's recording these are the times of its last and first cycle. In the file's
+    /// summary negative times count as zero.
     pub duration_s: f64,
 }
 
 impl Outline {
-    /// Of a recording that was read.
+    /// Outline of a recording in memory.
     pub fn of(recording: &Recording) -> Self {
         let mut times = recording.cycles.iter().map(|c| c.trace.time_s);
         let ends = times.clone().next().zip(times.next_back());
@@ -36,7 +37,7 @@ impl Outline {
         }
     }
 
-    /// Of a file that was ended in good order. None of any other: whoever reads it learns what became of it.
+    /// Outline of a file that was properly ended. None of any other: reading all of it will show what happened to it.
     pub fn read(path: &Path) -> Option<Self> {
         let mut file = File::open(path).ok()?;
         let length = file.metadata().ok()?.len();
@@ -62,7 +63,7 @@ impl Outline {
     }
 }
 
-/// The end of a file.
+/// The summary section at the end of a file.
 fn summary(file: &mut File, length: u64) -> McapResult<Option<Summary>> {
     let options = SummaryReaderOptions::default().with_file_size(length);
     let mut reader = SummaryReader::new_with_options(options);

@@ -20,8 +20,8 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
-/// Largest compressed chunk that is unpacked, bytes: sixteen times what other programs make by
-/// default, and what a few forged bytes may not exceed.
+/// Largest chunk that is decompressed, bytes: sixteen times the default of other programs. A few forged bytes could otherwise
+/// claim any size.
 const LARGEST_CHUNK: usize = 64 << 20;
 
 impl Recording {
@@ -68,15 +68,15 @@ impl Recording {
     }
 }
 
-/// Why reading ended before the end of the file.
+/// Why and where reading ended before the end of the file.
 pub(super) struct Broken {
     why: McapError,
     /// End of the last whole record.
     byte: u64,
 }
 
-/// Hands over each whole record. An error of `each` ends the walk, a break of the file is told
-/// after it.
+/// Calls `each` with each complete record. An error of `each` ends the walk. A break of the file, found by the reader or by
+/// `each`, is returned.
 pub(super) fn each_record(
     options: LinearReaderOptions,
     source: &mut impl Read,
@@ -98,7 +98,7 @@ pub(super) fn each_record(
         if let Some(why) = broken {
             return Ok(Some(Broken { why, byte }));
         }
-        // The reader asks for no more than the record that it is in.
+        // The reader never asks for bytes beyond the present record.
         byte = fed;
     }
     Ok(None)
@@ -107,29 +107,29 @@ pub(super) fn each_record(
 /// Builds a recording from the records of a file.
 #[derive(Default)]
 pub(super) struct Loader {
-    /// The file's first record was seen, and it is ours.
+    /// Whether the file's first record was seen and is the header of a softdock file.
     ours: bool,
     /// Header of the recording, once it was read.
     pub(super) header: Option<Header>,
     recording: Recording,
     schemas: BTreeMap<u16, (String, String, Vec<u8>)>,
     channels: BTreeMap<u16, Form>,
-    /// The file has the rig's truth.
+    /// Whether the file has the rig's truth.
     truth: bool,
-    /// What was computed is in single precision, with a checksum.
+    /// Whether computed numbers are in single precision, with a checksum.
     single: bool,
-    /// Computes it again, as long as it finds the same.
+    /// Recomputes these numbers, as long as the checksums agree.
     again: Option<Again>,
-    /// The cycle that is being put together.
+    /// The cycle whose messages are being read.
     row: Row,
-    /// Bits of the topics that it has.
+    /// Bits of the topics that were read of this cycle.
     seen: u16,
-    /// The cycles are rows of a table, on this channel.
+    /// Channel and reader of a table, if the cycles are rows of one.
     table: Option<(u16, TableReader)>,
 }
 
 impl Loader {
-    /// A record outside of chunks.
+    /// Takes a record outside of chunks. Returns an error of the format if the file is damaged there.
     pub(super) fn file_record(
         &mut self,
         opcode: u8,
@@ -159,7 +159,7 @@ impl Loader {
             op::DATA_END => {
                 self.header.as_ref().with_context(no_header)?;
             }
-            // Indexes, and what other programs may have added.
+            // Indexes, and records that other programs may have added.
             _ => {}
         }
         Ok(None)
@@ -208,7 +208,7 @@ impl Loader {
         Ok(())
     }
 
-    /// All cycles of a chunk, if it is undamaged.
+    /// Takes all cycles of a chunk if it is undamaged.
     fn chunk(&mut self, body: &[u8]) -> anyhow::Result<Option<McapError>> {
         self.header.as_ref().with_context(no_header)?;
         let (header, data) = match parse_record(op::CHUNK, body) {
@@ -222,7 +222,7 @@ impl Loader {
              example with `mcap decompress`",
             header.compression
         );
-        // Opcode, length; then two times, size, checksum, name of the compression, size.
+        // Record: opcode, length. Chunk: two times, size, checksum, length of the compression's name, size.
         const RECORD_HEAD: usize = 1 + 8;
         const CHUNK_HEAD: usize = 8 + 8 + 8 + 4 + 4 + 8;
         if body.len() != CHUNK_HEAD + header.compression.len() + data.len() {
@@ -272,7 +272,7 @@ impl Loader {
         Ok(())
     }
 
-    /// A channel of ours must have our schema; others are passed over.
+    /// Registers a channel. One of softdock must have the known schema; others are ignored.
     fn channel(&mut self, channel: &mcap::records::Channel) -> anyhow::Result<()> {
         let schema = self.schemas.get(&channel.schema_id);
         if channel.topic == table::TOPIC {
@@ -313,7 +313,7 @@ impl Loader {
         Ok(())
     }
 
-    /// Whose fields they are, and the way from there to here.
+    /// Error text on which version wrote the file, and how to read it with this one.
     fn other_version(&self) -> String {
         let writer = self.header.as_ref().map(|header| header.identity.as_str());
         let writer = writer.filter(|identity| !identity.is_empty());
@@ -352,13 +352,13 @@ impl Loader {
         Ok(())
     }
 
-    /// The topics that every cycle has.
+    /// The topics of which every cycle has a message.
     fn topics(&self) -> impl Iterator<Item = Topic> + use<> {
         let checksum = self.single.then_some(Topic::Checksum);
         Topic::all(self.truth).iter().copied().chain(checksum)
     }
 
-    /// Gives a cycle of a simulated run all of its digits, or notes that this version has others.
+    /// Restores all digits of a simulated cycle, or notes that this version computes other numbers.
     fn complete(&mut self) {
         if !self.single || self.recording.rounded.is_some() {
             return;
@@ -379,8 +379,8 @@ impl Loader {
         format!("`{}`", name.unwrap_or("the next cycle"))
     }
 
-    /// What the file's summary says of its cycles, each of which has a message of every topic: the header, why the file ended early,
-    /// how many there are, and their duration, s.
+    /// Header, reason for an early end, number of cycles and duration (s) according to the file's summary. None if it has no
+    /// statistics, or not the same number of messages on each topic.
     pub(super) fn outline(
         mut self,
         summary: &Summary,

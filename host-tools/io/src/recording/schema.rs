@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::fmt::Write;
 
-/// A field as readers of a recording see it.
+/// A field and its representation in a schema.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Described {
     pub(super) field: Field,
@@ -23,7 +23,7 @@ pub(super) fn fields(form: impl Into<Form>) -> Vec<Described> {
     describer.0
 }
 
-/// Text of the topic's schema in the language of ROS 2 messages, with the messages that it is made of.
+/// The schema of a topic (`ros2msg`), including the message types that it contains.
 pub(super) fn ros2msg(form: impl Into<Form>) -> String {
     let fields = fields(form);
     let mut text = String::new();
@@ -53,11 +53,11 @@ pub(super) fn ros2msg(form: impl Into<Form>) -> String {
     text
 }
 
-/// Stands before each further message of a schema.
+/// Separator before each contained message type of a schema.
 pub(super) const SEPARATOR: &str =
     "================================================================================";
 
-/// The schema of the same bytes as versions up to 0.1.0 wrote it: with arrays in place of messages.
+/// The schema that versions up to 0.1.0 wrote for the same bytes: with arrays in place of contained messages.
 pub(super) fn ros2msg_of_arrays(form: Form) -> String {
     let mut text = String::new();
     for described in fields(form) {
@@ -79,7 +79,7 @@ fn describe_array(text: &mut String, described: &Described) {
     }
 }
 
-/// Appends one number of a field as a field of its own.
+/// Appends one number of a field as a separate field.
 pub(super) fn describe_column(text: &mut String, column: &str, described: &Described) {
     declare(text, described, described.ros_type, column);
 }
@@ -129,8 +129,7 @@ impl Visitor for Describer {
     }
 }
 
-/// The fields of a schema and their units, without the words about them: a better word for a field
-/// makes no other field of it.
+/// Declarations and units of a schema without the descriptions: a changed description does not make the schema another one.
 pub(super) fn declarations(schema: &str) -> impl Iterator<Item = &str> {
     schema.lines().map(|line| match line.strip_prefix('#') {
         Some(about) => about.rsplit(';').next().unwrap_or_default(),
@@ -204,7 +203,7 @@ uint8 mode
         }
     }
 
-    /// What recordings of before have in their sensor's schema, and what new ones have.
+    /// The sensor's schema in earlier recordings and in new ones.
     #[test]
     fn the_sensor_has_a_form_of_16_and_of_32_bits() {
         let [now, before] = Topic::Sensor.forms().map(ros2msg);

@@ -1,11 +1,11 @@
-//! Numbers in single precision: half as long, and of a number that is new in each cycle zstd leaves nearly all of its bytes.
+//! Numbers in single precision: half as long. zstd cannot compress the bits of a number that is new in each cycle.
 
 use super::field::{Field, Number, Parts, Visitor, Words};
 
-/// The longest field of numbers that a cycle computes: a quaternion.
+/// Number of components of the longest field that a cycle computes: a quaternion.
 const LONGEST: usize = 4;
 
-/// Goes through a message in single precision; what was visited has no more digits afterwards.
+/// Visits a message in single precision. The visited numbers are rounded to it afterwards.
 pub(super) struct Single<'a, V>(pub(super) &'a mut V);
 
 impl<V: Visitor> Visitor for Single<'_, V> {

@@ -1,10 +1,10 @@
-//! Recordings of other programs: one topic with the numbers that change.
+//! Recordings of other programs: one topic with the numbers that are not constant.
 //!
-//! A log that was imported fills few of the hundreds of numbers of a cycle. Its file has the topic
-//! `/log` in place of all others, whose message holds the numbers that change; what is the same in
-//! all cycles stands once, in the channel's metadata. A message's `sequence` is the number of its cycle, and
-//! its time that of the cycle where nanoseconds say it exactly. Chunks are compressed and not
-//! indexed: an index entry is as long as two numbers, and a reader without one goes through the file.
+//! An imported log fills few of the hundreds of numbers of a cycle. Its file has the topic `/log` in place of all others. A
+//! message holds the numbers that change; numbers that are the same in all cycles are stored once, in the channel's metadata.
+//! The `sequence` of a message is the number of its cycle. Its time is that of the cycle if nanoseconds represent it exactly.
+//! Chunks are compressed and not indexed: an index entry is as long as two numbers, and a reader without an index reads the
+//! whole file.
 
 use super::cdr::{CdrError, Decoder, Encoder};
 use super::field::{EachNumber, Field, Number, Visitor, Words};
@@ -23,25 +23,25 @@ use softdock_app::record::CycleRecord;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Seek, Write};
 
-/// The topic.
+/// Name of the topic.
 pub(super) const TOPIC: &str = "/log";
-/// Name of its type in the schema.
+/// Name of the message type in the schema.
 const SCHEMA: &str = "softdock/msg/Log";
-/// Column of the cycle's number, which is the message's.
+/// Column of the cycle's number, stored as the `sequence` of the message.
 const CYCLE: &str = "status_cycle";
 /// Column of the cycle's time.
 const TIME: &str = "status_time_s";
 /// Cycles in a chunk: with four numbers each it has 1.1 MB, and longer ones compress no better.
 const CHUNK_CYCLES: usize = 16_384;
-/// Of zstd; from here on more costs much time and gains less than 3 %.
+/// Compression level of zstd: higher ones take much longer and gain less than 3 %.
 const LEVEL: u32 = 9;
 
-/// Which numbers of a cycle a message holds, for each topic that has some.
+/// For each topic with numbers in the message: which of its columns the message holds.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Layout(Vec<(Topic, Vec<bool>)>);
 
 impl Layout {
-    /// The columns for which `wanted` holds.
+    /// The layout with the columns for which `wanted` is true.
     fn of(wanted: impl Fn(&str) -> bool) -> Self {
         let topics = Topic::all(false).iter().map(|topic| {
             let wanted = columns(*topic).map(|column| wanted(&column));
@@ -54,7 +54,7 @@ impl Layout {
         )
     }
 
-    /// The schema in the language of ROS 2 messages.
+    /// The schema of this layout (`ros2msg`).
     fn ros2msg(&self) -> String {
         let mut text = String::new();
         for (topic, wanted) in &self.0 {
@@ -69,7 +69,7 @@ impl Layout {
         text
     }
 
-    /// Goes through the numbers that a message holds.
+    /// Visits the numbers that a message holds.
     fn visit<V: Visitor>(&self, v: &mut V, row: &mut Row) -> Result<(), V::Error> {
         self.0.iter().try_for_each(|(topic, wanted)| {
             let wanted = wanted.iter();
@@ -78,7 +78,7 @@ impl Layout {
     }
 }
 
-/// Hands on the numbers that are wanted.
+/// Passes on to `inner` only the wanted numbers.
 struct Picked<'a, V> {
     inner: &'a mut V,
     wanted: std::slice::Iter<'a, bool>,
@@ -104,7 +104,7 @@ impl<V: Visitor> Visitor for Picked<'_, V> {
     }
 }
 
-/// Compares the numbers of cycles with those of the first, down to the bit.
+/// Finds the columns whose bits differ from those of the first cycle.
 #[derive(Default)]
 struct Changes {
     first: Vec<u64>,
@@ -132,7 +132,7 @@ impl EachNumber for Changes {
     }
 }
 
-/// The columns that change.
+/// Names of the columns that are not constant.
 pub(super) fn changing(cycles: &[CycleRecord], truth: &[TruthRecord]) -> BTreeSet<String> {
     let topics = Topic::all(!truth.is_empty());
     let mut changes = Changes::default();
@@ -160,10 +160,10 @@ fn cells(cycle: CycleRecord) -> Vec<String> {
     writer.cells
 }
 
-/// Texts of numbers by their columns.
+/// Values as text by the name of the column.
 type Constants = BTreeMap<String, String>;
 
-/// The numbers that are the same in all cycles and not those of an empty one.
+/// The constant columns, without those that have the value of an empty cycle.
 fn constants(first: &CycleRecord, changing: &BTreeSet<String>) -> Constants {
     let values = cells(*first).into_iter().zip(cells(CycleRecord::default()));
     all_columns()
@@ -175,7 +175,7 @@ fn constants(first: &CycleRecord, changing: &BTreeSet<String>) -> Constants {
         .collect()
 }
 
-/// The cycle that holds the constants and nothing else.
+/// A cycle with these constants; all other numbers are those of an empty cycle.
 fn cycle_of(mut constants: Constants) -> anyhow::Result<CycleRecord> {
     let empty = cells(CycleRecord::default()).into_iter();
     let cells: csv::StringRecord = all_columns()
@@ -194,8 +194,8 @@ fn cycle_of(mut constants: Constants) -> anyhow::Result<CycleRecord> {
     Ok(row.cycle)
 }
 
-/// Constants that a cycle keeps only beside a number that changes: the limit of a fault has no place
-/// where there is no fault.
+/// Constants that are lost unless a number that changes is stored too. An example is the limit of a fault: where there is no
+/// fault, a cycle has no place for it.
 fn lost_alone(
     first: &CycleRecord,
     changing: &BTreeSet<String>,
@@ -228,8 +228,8 @@ fn time_s(time_ns: u64) -> f64 {
     time_ns as f64 / NS_PER_S
 }
 
-/// Whether a recording is kept as a table: another program made it, and its cycles have numbers
-/// that a message has room for.
+/// Whether a recording is stored as a table: another program made it, and the numbers of its cycles fit into a message's
+/// `sequence`.
 pub(super) fn fits(recording: &Recording) -> bool {
     let numbered = |cycle: &CycleRecord| u32::try_from(cycle.trace.cycle).is_ok();
     recording.header.settings_toml.is_empty()
@@ -263,7 +263,7 @@ impl TableTopic {
         Ok(Self { layout, constants })
     }
 
-    /// Adds its channel to a file, whose number comes back.
+    /// Adds the channel to a file and returns its number.
     pub(super) fn add_to<W: Write + Seek>(
         &self,
         mcap: &mut mcap::Writer<W>,
@@ -280,7 +280,7 @@ impl TableTopic {
     }
 }
 
-/// Writes a recording that [`fits`].
+/// Writes a recording for which [`fits`] holds.
 pub(super) fn write<W: Write>(recording: &Recording, sink: W) -> anyhow::Result<W> {
     let topic = TableTopic::new(recording)?;
     let mut mcap = WriteOptions::new()
@@ -325,12 +325,12 @@ pub(super) fn write<W: Write>(recording: &Recording, sink: W) -> anyhow::Result<
 pub(super) struct TableReader {
     constants: CycleRecord,
     layout: Layout,
-    /// The time is a column.
+    /// Whether the time is a column.
     timed: bool,
 }
 
 impl TableReader {
-    /// Reads schema and metadata of the channel; what in it is not ROS 2's are constants.
+    /// Reads schema and metadata of the channel. Metadata other than that of ROS 2 are constants.
     pub(super) fn new(schema: &str, metadata: &BTreeMap<String, String>) -> anyhow::Result<Self> {
         let mut constants = metadata.clone();
         constants.remove(QOS);

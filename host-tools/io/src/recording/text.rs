@@ -41,7 +41,7 @@ pub(super) struct CellError {
     received: String,
 }
 
-/// Reads the cells of a row in their order.
+/// Reads the cells of a row in order.
 #[derive(Debug)]
 pub(super) struct CellReader<'a> {
     row: &'a csv::StringRecord,
@@ -53,7 +53,7 @@ impl<'a> CellReader<'a> {
         Self { row, place: 0 }
     }
 
-    /// Place of the cell that was read last, from 0.
+    /// Index of the cell that was read last.
     pub(super) fn last_place(&self) -> usize {
         self.place.saturating_sub(1)
     }

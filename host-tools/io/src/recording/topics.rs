@@ -1,4 +1,4 @@
-//! The format: each topic with all of its fields, in the order of the wire.
+//! The format: each topic with all of its fields, in their order in the message.
 //!
 //! This is the one place where a recorded number gets its name, its unit and its meaning. All
 //! topics together hold a complete cycle.
@@ -19,7 +19,7 @@ use softdock_control::modes::Fault;
 pub(super) struct Row {
     pub(super) cycle: CycleRecord,
     pub(super) truth: TruthRecord,
-    /// Of what was computed, where that is in single precision.
+    /// Checksum of the computed numbers, where these are in single precision.
     pub(super) checksum: u32,
 }
 
@@ -35,18 +35,18 @@ pub(super) enum Topic {
     BodyK,
     BodyQ,
     ModelVelocity,
-    /// What an observer sees of the docking surfaces.
+    /// Relative motion of the docking surfaces, as an observer sees it.
     Docking,
     Law,
-    /// What the law knows and did.
+    /// State and actions of the delay law.
     LawStatus,
     Command,
     Status,
     /// Only in recordings of a simulated rig.
     Truth,
-    /// Of what is in single precision, only beside that.
+    /// Checksum of the computed numbers; only where these are in single precision.
     Checksum,
-    /// [`Self::Sensor`] as versions of before wrote it: status and counts have 16 bits.
+    /// [`Self::Sensor`] as earlier versions wrote it: status and counts have 16 bits.
     SensorOf16Bits,
 }
 
@@ -70,7 +70,7 @@ impl Topic {
         Self::Truth,
     ];
 
-    /// What a cycle computes from its inputs; see `again`.
+    /// Topics that a cycle computes from its inputs; see `again`.
     pub(super) const COMPUTED: [Self; 8] = [
         Self::Wrench,
         Self::BodyK,
@@ -115,18 +115,18 @@ impl Topic {
         self.names().0
     }
 
-    /// What its column names start with: `model_k`.
+    /// Prefix of its column names: `model_k`.
     pub(super) fn prefix(self) -> String {
         self.name().trim_start_matches('/').replace('/', "_")
     }
 
-    /// The topic of a name.
+    /// The topic with this name, if there is one.
     pub(super) fn from_name(name: &str) -> Option<Self> {
         let mut all = Self::ALL.into_iter().chain([Self::Checksum]);
         all.find(|topic| topic.name() == name)
     }
 
-    /// One bit for each topic, whatever its form.
+    /// One bit for each topic; both forms of a topic have the same bit.
     pub(super) fn bit(self) -> u16 {
         match self {
             Self::SensorOf16Bits => Self::Sensor.bit(),
@@ -142,7 +142,7 @@ impl Topic {
         }
     }
 
-    /// As a simulated run's recording has it.
+    /// The form that a simulated run's recording has: computed topics are in single precision.
     pub(super) fn in_single(self) -> Form {
         if Self::COMPUTED.contains(&self) {
             Form::Single(self)
@@ -185,7 +185,7 @@ impl Topic {
     }
 }
 
-/// How a topic's numbers stand in a file.
+/// A topic and the precision of its numbers in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Form {
     Full(Topic),
@@ -204,7 +204,7 @@ impl Form {
         topic
     }
 
-    /// Name of its type in the schema; one of single precision ends in the width of its numbers.
+    /// Name of the message type in the schema; in single precision it ends in 32.
     pub(super) fn schema_name(self) -> String {
         let ending = if matches!(self, Self::Single(_)) {
             "32"
@@ -214,7 +214,7 @@ impl Form {
         self.topic().names().1.to_owned() + ending
     }
 
-    /// Goes through all fields of its message.
+    /// Visits all fields of the message.
     pub(super) fn visit<V: Visitor>(self, v: &mut V, row: &mut Row) -> Result<(), V::Error> {
         match self {
             Self::Full(topic) => topic.visit(v, row),
@@ -486,7 +486,7 @@ fn word<V: Visitor, T: Word + Copy>(
 ) -> Result<(), V::Error> {
     let mut code = value.code();
     v.choice(&single(name, Unit::NONE, about), T::WORDS, &mut code)?;
-    // A visitor gives back a code that has a word.
+    // A visitor returns only codes that have a word.
     *value = T::from_code(code).unwrap_or(*value);
     Ok(())
 }

@@ -1,6 +1,6 @@
-//! What time it was. A recording's own clock begins when the board boots; a metadata record says which instant of the
-//! world one of its cycles was, as far as the computer knows that records it, and the messages carry that time for viewers.
-//! (A run in virtual time has no such instant.)
+//! Wall clock of a recording. Its own clock begins when the board boots. A metadata record gives the time of day of one
+//! cycle, as far as the recording computer knows it, and the messages carry that time for viewers. (A run in virtual time has
+//! none.)
 
 use super::RecordingWriter;
 use super::file_format::NS_PER_S;
@@ -16,7 +16,7 @@ pub const WALL_CLOCK: &str = "softdock.wall_clock";
 const UNIX_S: &str = "unix_s";
 const AT_TIME_S: &str = "at_time_s";
 
-/// Which instant of the world a cycle was.
+/// Assignment of a time of day to a cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct WallClock {
     /// The instant, s since 1970, UTC.
@@ -26,8 +26,8 @@ pub struct WallClock {
 }
 
 impl WallClock {
-    /// The instant of the cycle of another time, ns since 1970; none before that. The clock is taken to the microsecond:
-    /// in seconds, f64 has no more digits, and cycles would lie unequally far apart.
+    /// Time of day of the cycle at `time_s`, ns since 1970; None before 1970. The clock is rounded to microseconds: an f64 in
+    /// seconds has no more digits, and cycles would be unequally spaced.
     pub fn unix_ns(&self, time_s: f64) -> Option<u64> {
         let clock = ((self.unix_s * 1e6).round() as i64).checked_mul(1000)?;
         let since = ((time_s - self.at_time_s) * NS_PER_S).round() as i64;
@@ -46,7 +46,7 @@ impl WallClock {
         }
     }
 
-    /// From a metadata record; none if it holds no such instant.
+    /// Reads a metadata record; None if an entry is missing or no finite number.
     pub(super) fn from_entries(entries: &BTreeMap<String, String>) -> Option<Self> {
         let number = |name| {
             let number: f64 = entries.get(name)?.parse().ok()?;
@@ -60,13 +60,13 @@ impl WallClock {
 }
 
 impl<W: Write> RecordingWriter<W> {
-    /// Notes that the cycle of this time came `now`: the instant of any other is
-    /// `unix_s + (its time − at_time_s)`. To be called before the first cycle is pushed.
+    /// Notes that the time of day of the cycle at `time_s` is `now`: that of any other cycle is `unix_s + (its time −
+    /// at_time_s)`. To be called before the first cycle is pushed.
     ///
     /// # Errors
     /// The file cannot be written.
     pub fn note_wall_clock(&mut self, time_s: f64, now: SystemTime) -> anyhow::Result<()> {
-        // A clock before 1970 is one that nobody has set.
+        // A clock before 1970 was never set.
         let Ok(unix) = now.duration_since(UNIX_EPOCH) else {
             return Ok(());
         };

@@ -7,15 +7,15 @@ use softdock_control::modes::{Command, FaultCode, Mode, Refusal};
 
 /// A value that is recorded as one of several words.
 pub(super) trait Word: Sized {
-    /// All words; the place of a word is its code.
+    /// All words; the index of a word is its code.
     const WORDS: &'static [&'static str];
 
     fn code(self) -> u8;
-    /// `None` beyond the last word.
+    /// `None` if the code has no word.
     fn from_code(code: u8) -> Option<Self>;
 }
 
-/// Connects each value with its code and its word. A value without a line does not compile.
+/// Connects each value with its code and its word. A value that is missing here does not compile.
 macro_rules! words {
     ($type:ty { $($code:literal $word:literal $value:path,)+ }) => {
         impl Word for $type {
@@ -148,7 +148,7 @@ mod tests {
     fn commands_are_recorded_with_the_words_that_an_operator_types() {
         for (word, command) in Command::WORDS {
             let code = usize::from(Some(command).code());
-            // Words of a schema are names.
+            // In a schema words are identifiers.
             let name = word.replace(' ', "_").replace('-', "minus_");
             assert_eq!(<Option<Command>>::WORDS[code], name);
         }

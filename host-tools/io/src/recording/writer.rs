@@ -1,7 +1,7 @@
 //! Writes a recording as an MCAP file while the run goes on.
 //!
-//! A chunk is built in memory and reaches the operating system whole, a quarter of a second of
-//! cycles at a time: whatever ends the program, the file holds every chunk before.
+//! A chunk is built in memory and handed to the operating system as a whole, a quarter of a second of cycles at a time.
+//! However the program ends, the file holds every chunk before.
 
 use super::again::checksum;
 use super::cdr::Encoder;
@@ -21,9 +21,10 @@ use std::path::{Path, PathBuf};
 
 /// Cycles in a chunk: a quarter of a second of 4 ms cycles, 100 to 130 kB before compression.
 pub(super) const CHUNK_CYCLES: u32 = 64;
-/// Of zstd: the fastest, which leaves a quarter. Of a robot in motion that are mostly digits of numbers that are new in each cycle:
-/// the ninth level leaves 5 % less in seven times the time, the 19th 12 % less in 300 times. Messages grouped by topic are 2 %
-/// smaller in motion, 8 % larger at rest; grouped, at the 19th level, in chunks of 1024 cycles they are a quarter smaller.
+/// Compression level of zstd: the fastest, which reduces a chunk to a quarter. In motion that quarter is mostly digits of
+/// numbers that are new in each cycle: level 9 saves 5 % in seven times the time, level 19 saves 12 % in 300 times. Messages
+/// grouped by topic are 2 % smaller in motion, 8 % larger at rest; grouped, at level 19, in chunks of 1024 cycles they are a
+/// quarter smaller.
 const LEVEL: i32 = 1;
 
 /// Writes cycles one by one.
@@ -39,20 +40,20 @@ const LEVEL: i32 = 1;
 /// # }
 /// ```
 ///
-/// A writer that is dropped ends its file as well as it can, but nobody learns of an error.
+/// Dropping the writer ends its file as far as that is possible, but errors are lost.
 pub struct RecordingWriter<W: Write = BufWriter<File>> {
     mcap: McapFile<W>,
     /// Topics with the numbers of their channels; empty before the first cycle.
     channels: Vec<(Form, u16)>,
     truth: bool,
-    /// What was computed is in single precision.
+    /// Whether computed numbers are in single precision.
     single: bool,
-    /// For checksums.
+    /// Buffer for checksums.
     scratch: Encoder,
     cycles_in_chunk: u32,
-    /// What time it was; where that is not known, it counts from the board's first cycle.
+    /// Wall clock; where it is not known, time counts from the board's first cycle.
     clock: WallClock,
-    /// The file, for errors.
+    /// Path of the file, for errors.
     path: Option<PathBuf>,
 }
 
@@ -70,7 +71,7 @@ impl RecordingWriter {
     }
 }
 
-/// Says which file it was that could not be written.
+/// Adds the path of the file to an error.
 fn named<T>(path: Option<&Path>, written: anyhow::Result<T>) -> anyhow::Result<T> {
     match path {
         Some(path) => written.map_err(|error| cannot_write(path, error)),
@@ -84,10 +85,10 @@ impl<W: Write> RecordingWriter<W> {
         Self::with_cut(sink, header, None)
     }
 
-    /// Begins the copy of a recording that may have been cut off.
+    /// Begins the copy of a recording that may have been cut off; `cut` is the reason.
     fn with_cut(sink: W, header: &Header, cut: Option<&str>) -> anyhow::Result<Self> {
-        // Indexes of messages are 16 bytes for each, uncompressed: half of the file. One of chunks alone is an error to MCAP's
-        // reader in TypeScript, so that there is none of either.
+        // There are no indexes. That of messages has 16 bytes for each, uncompressed: half of the file. An index of chunks
+        // alone is an error to MCAP's reader in TypeScript.
         let mut mcap = McapFile::new(sink, PROFILE, LIBRARY, LEVEL)?;
         mcap.write_metadata(&metadata(header, cut))?;
         mcap.flush()?;
@@ -103,8 +104,8 @@ impl<W: Write> RecordingWriter<W> {
         })
     }
 
-    /// Of a run that this program computes, and can compute again if this is its beginning: see `again`. To be called before
-    /// the first cycle is pushed.
+    /// Marks a run that this program computes. If the recording has its beginning, it can be computed again, so computed
+    /// numbers are stored in single precision: see `again`. To be called before the first cycle is pushed.
     #[must_use]
     pub fn simulated(self) -> Self {
         let single = true;
@@ -135,10 +136,10 @@ impl<W: Write> RecordingWriter<W> {
         if self.single {
             row.checksum = checksum(&mut self.scratch, &mut row);
         }
-        // Viewers show it; what is replayed is the time in the message.
+        // Shown by viewers; a replay uses the time in the message.
         let time_ns = self.clock.unix_ns(cycle.trace.time_s).unwrap_or_default();
         let stamp = Stamp {
-            // Readers that count messages get the cycle, which wraps after 198 days.
+            // For readers that count messages: the number of the cycle, which wraps after 198 days.
             sequence: cycle.trace.cycle as u32,
             time_ns,
         };
@@ -155,7 +156,7 @@ impl<W: Write> RecordingWriter<W> {
         Ok(())
     }
 
-    /// Notes which instant one of its cycles was. To be called before the first cycle is pushed.
+    /// Notes the time of day of one of its cycles. To be called before the first cycle is pushed.
     pub(super) fn note_clock(&mut self, clock: WallClock) -> anyhow::Result<()> {
         let Metadata { name, metadata } = clock.metadata();
         self.note(&name, metadata)?;
@@ -163,22 +164,22 @@ impl<W: Write> RecordingWriter<W> {
         Ok(())
     }
 
-    /// Adds what is known about the recording only now, under a name of its own. Readers of
-    /// MCAP show it; the header of the recording stays as it is.
+    /// Adds metadata that became known during the recording, under a name of its own. Readers of MCAP show it; the header of
+    /// the recording stays unchanged.
     pub fn note(&mut self, name: &str, entries: BTreeMap<String, String>) -> anyhow::Result<()> {
         let name = name.to_owned();
         let metadata = entries;
-        // This ends the present chunk.
+        // Writing metadata ends the present chunk.
         self.cycles_in_chunk = 0;
         self.mcap.write_metadata(&Metadata { name, metadata })
     }
 
-    /// Ends the recording and gives the sink back.
+    /// Ends the recording and returns the sink.
     pub fn finish(self) -> anyhow::Result<W> {
         named(self.path.as_deref(), self.mcap.finish())
     }
 
-    /// Writes schemas and channels into the first chunk.
+    /// Adds schemas and channels to the first chunk.
     fn begin(&mut self, truth: bool) -> anyhow::Result<()> {
         self.truth = truth;
         let topics = Topic::all(truth).iter().copied();
@@ -214,7 +215,7 @@ impl Recording {
         write_whole_with(path, |file| self.write_to(BufWriter::new(file)).map(drop))
     }
 
-    /// Writes the recording into any sink and gives the sink back.
+    /// Writes the recording into any sink and returns the sink.
     pub fn write_to<W: Write>(&self, sink: W) -> anyhow::Result<W> {
         if table::fits(self) {
             return table::write(self, sink);
@@ -230,7 +231,7 @@ impl Recording {
         writer.finish()
     }
 
-    /// The truth of each cycle, `None` for all of them on a real rig.
+    /// The truth of each cycle; `None` for each cycle of a real rig.
     pub(super) fn truths(&self) -> anyhow::Result<impl Iterator<Item = Option<&TruthRecord>> + '_> {
         let (cycles, truths) = (self.cycles.len(), self.truth.len());
         ensure!(

@@ -1,4 +1,4 @@
-//! Makes messages of the parts of a stream, which come in order but for those that are missing.
+//! Assembles messages from the parts of a stream, which come in order with gaps.
 
 use softdock_app::telemetry::{Kind, Part};
 
@@ -22,7 +22,7 @@ impl Head {
         }
     }
 
-    /// The head of the part that follows.
+    /// The head of the next part of the same message.
     fn next(self) -> Self {
         Self {
             part: self.part.saturating_add(1),
@@ -31,24 +31,24 @@ impl Head {
     }
 }
 
-/// A message that is put together.
+/// The message that is being assembled.
 #[derive(Debug, Default)]
 pub(super) struct Assembly {
-    /// The part that comes next; none between two messages.
+    /// Head of the part that has to come next; None between two messages.
     expected: Option<Head>,
     bytes: Vec<u8>,
-    /// The message that was last found to be torn.
+    /// First datagram of the message that was last found to be torn, so that it is counted once.
     torn_first: Option<u32>,
     torn: u64,
 }
 
 impl Assembly {
-    /// Records of which some parts came, but not all.
+    /// Number of records of which some parts came, but not all.
     pub(super) fn torn(&self) -> u64 {
         self.torn
     }
 
-    /// The message that is complete with this part.
+    /// Takes the next part. Returns the message if this part completes it.
     pub(super) fn push(&mut self, part: &Part<'_>) -> Option<(Kind, Vec<u8>)> {
         let head = Head::of(part);
         if head.part == 0 {
@@ -69,7 +69,7 @@ impl Assembly {
         Some((head.kind, std::mem::take(&mut self.bytes)))
     }
 
-    /// Gives up a message that is not complete.
+    /// Gives up the present message if it is incomplete.
     pub(super) fn tear(&mut self) {
         if let Some(head) = self.expected.take() {
             self.count(head);
@@ -89,7 +89,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Messages of one to four parts, numbered on; each payload says message and part.
+    /// Messages of one to four parts, consecutively numbered; each payload contains the numbers of message and part.
     fn messages(parts: &[u8]) -> Vec<Vec<(Head, [u8; 2])>> {
         let mut first = u32::MAX - 5;
         (0..)
@@ -124,7 +124,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever is missing: whole messages come, the others are counted.
+        /// Whichever parts are missing: complete messages come out, the others are counted.
         #[test]
         fn only_whole_messages_come(
             sent in prop::collection::vec((1..=4_u8, 0..16_u8), 1..60),

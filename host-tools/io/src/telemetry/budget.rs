@@ -1,28 +1,29 @@
-//! What a recorder may write: files of a bounded size, and no more than a bounded number of boots and bytes.
+//! Limits of what a recorder writes: size of a file, number of files, total size.
 
 use super::names::Names;
 use anyhow::{Result, ensure};
 use std::path::{Path, PathBuf};
 
-/// Free space below which a person is warned, bytes: some two hours of 4 ms cycles, and half an hour.
+/// Free disk space below which the operator is warned, bytes: enough for about two hours of 4 ms cycles, and for half an
+/// hour.
 const LOW_SPACE: [u64; 2] = [4 << 30, 1 << 30];
 
-/// Bounds of what is written.
+/// Limits of what is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bounds {
-    /// Files that are begun for a boot, or for settings that a boot has anew; cycles of further ones are dropped.
-    /// Whoever can send to the recorder can make both up.
+    /// Number of files that may be begun for a boot of a board or for changed settings; cycles of further ones are dropped.
+    /// The limit is needed because anybody who can send to the recorder can forge both.
     pub begun: u32,
     /// Size at which a file is ended and the next one begun, bytes.
     pub piece_bytes: u64,
-    /// Number of cycles likewise.
+    /// Number of cycles at which a file is ended and the next one begun.
     pub piece_cycles: u64,
-    /// Bytes in all files; then the recording ends.
+    /// Total size of all files at which the recording ends, bytes.
     pub total_bytes: u64,
 }
 
 impl Default for Bounds {
-    /// Pieces of about half an hour at 4 ms, two days of them.
+    /// Files of about half an hour at 4 ms, two days in all.
     fn default() -> Self {
         Self {
             begun: 64,
@@ -33,14 +34,14 @@ impl Default for Bounds {
     }
 }
 
-/// What is left of the bounds.
+/// Use of the limits so far.
 pub(super) struct Budget {
     names: Names,
     bounds: Bounds,
     begun: u32,
-    /// Bytes that were written, of all files.
+    /// Bytes written to all files.
     written: u64,
-    /// Place in [`LOW_SPACE`] of the next warning.
+    /// Index in [`LOW_SPACE`] of the next warning.
     warned: usize,
     pub(super) warnings: Vec<String>,
 }
@@ -57,7 +58,7 @@ impl Budget {
         }
     }
 
-    /// A file for a boot or for settings that it has anew; none if there are too many.
+    /// Path of a file for a new boot or for changed settings; None if there are too many.
     pub(super) fn begin_file(&mut self) -> Option<PathBuf> {
         if self.begun >= self.bounds.begun {
             return None;
@@ -66,7 +67,7 @@ impl Budget {
         Some(self.names.next_path())
     }
 
-    /// A further file of cycles whose last one is full.
+    /// Path of the file that follows a full one.
     pub(super) fn next_file(&mut self) -> PathBuf {
         self.names.next_path()
     }
@@ -76,10 +77,10 @@ impl Budget {
         bytes >= self.bounds.piece_bytes || cycles >= self.bounds.piece_cycles
     }
 
-    /// Counts what was written into a file, and looks whether there is room for more.
+    /// Counts bytes that were written to a file, and warns of a full disk.
     ///
     /// # Errors
-    /// All that may be written is written.
+    /// The total size is used up.
     pub(super) fn count(&mut self, bytes: u64, path: &Path) -> Result<()> {
         self.written += bytes;
         let most = self.bounds.total_bytes;
@@ -92,14 +93,14 @@ impl Budget {
             .parent()
             .filter(|folder| !folder.as_os_str().is_empty());
         let folder = folder.unwrap_or(Path::new("."));
-        // Where the system does not tell, nobody is warned.
+        // Where the system does not report the free space, there is no warning.
         if let Ok(free) = fs4::available_space(folder) {
             self.warn_of(free, folder);
         }
         Ok(())
     }
 
-    /// Counts what was written at the end of a file.
+    /// Counts the last bytes of a file that was ended, without checks.
     pub(super) fn ended(&mut self, bytes: u64) {
         self.written += bytes;
     }

@@ -1,8 +1,7 @@
 //! Takes datagrams from a socket as they come.
 //!
-//! The system keeps some ninety datagrams of a record each (a receive buffer of 208 KiB, and what
-//! it counts for one), a third of a second of cycles. A thread that does nothing else keeps it
-//! empty whatever the disk does.
+//! The system buffers about ninety datagrams, each counted with its overhead, in a receive buffer of 208 KiB: a third of a
+//! second of cycles. A separate thread keeps that buffer empty whatever the disk does.
 
 use anyhow::{Context, Result};
 use softdock_app::telemetry::DATAGRAM_MAX_BYTES;
@@ -14,17 +13,17 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-/// Datagrams that may wait for the disk: one minute of cycles, about 20 MB.
+/// Datagrams that may wait to be written: one minute of cycles, about 20 MB.
 const QUEUE: usize = 15_000;
-/// How often the thread looks whether it shall end.
+/// Period at which the thread checks whether it shall end.
 const STOP_PERIOD: Duration = Duration::from_millis(50);
-/// Most datagrams that are still taken from the system at the end: all that it can hold.
+/// Most datagrams that are still read from the system at the end: more than its buffer holds.
 const MOST_QUEUED: usize = 4096;
 
 /// A datagram and its sender.
 pub type Received = (Vec<u8>, SocketAddr);
 
-/// A socket that is listened to.
+/// A socket and the thread that receives from it.
 #[derive(Debug)]
 pub struct Listener {
     address: SocketAddr,
@@ -33,12 +32,12 @@ pub struct Listener {
     thread: Option<JoinHandle<()>>,
 }
 
-/// The port is free again.
+/// Ends the thread, so that the port is free again.
 impl Drop for Listener {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
-            // It waits for room in a queue that nobody empties any more.
+            // The thread may wait for room in a queue that nobody empties any more: disconnect the queue.
             self.queue = sync_channel(0).1;
             let _ = thread.join();
         }
@@ -71,19 +70,19 @@ impl Listener {
         })
     }
 
-    /// The address that it listens on.
+    /// The local address of the socket.
     pub fn address(&self) -> SocketAddr {
         self.address
     }
 
-    /// The next datagram, if one comes in time.
+    /// The next datagram; None if none comes within the timeout.
     pub fn receive(&self, timeout: Duration) -> Option<Received> {
         self.queue.recv_timeout(timeout).ok()
     }
 
-    /// Ends listening: all that has come until now.
+    /// Ends listening and returns all datagrams that have come until now.
     pub fn close(mut self) -> impl Iterator<Item = Received> {
-        // The thread ends behind the last one.
+        // The iterator ends when the thread has ended and dropped its sender.
         self.stop.store(true, Ordering::Relaxed);
         self.thread = None;
         std::mem::replace(&mut self.queue, sync_channel(0).1).into_iter()
@@ -91,7 +90,7 @@ impl Listener {
 }
 
 fn listen(socket: &UdpSocket, queue: &SyncSender<Received>, stop: &AtomicBool) {
-    // One byte more than the longest shows what is too long.
+    // One byte more than the longest datagram, to detect those that are too long.
     let mut buffer = [0; DATAGRAM_MAX_BYTES + 1];
     while !stop.load(Ordering::Relaxed) {
         match socket.recv_from(&mut buffer) {
@@ -100,13 +99,13 @@ fn listen(socket: &UdpSocket, queue: &SyncSender<Received>, stop: &AtomicBool) {
                     return;
                 }
             }
-            // A timeout is a look at `stop`.
+            // The timeout lets the loop check `stop`.
             Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
-            // Any other error is a peer's and passes, or does not and must not keep a core busy.
+            // Any other error may be a peer's and pass. If it persists, the pause keeps the loop from using up a core.
             Err(_) => thread::sleep(STOP_PERIOD),
         }
     }
-    // What the system has taken before the end is recorded too.
+    // Record also what the system received before the end.
     if socket.set_nonblocking(true).is_err() {
         return;
     }

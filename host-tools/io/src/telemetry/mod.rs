@@ -1,16 +1,16 @@
 //! The recorder's side of the telemetry: from datagrams to recordings.
 //!
 //! - [`Listener`] takes datagrams from a socket as they come,
-//! - `window` puts those of a boot in order and counts those that are missing,
-//! - `assembly` makes messages of them,
-//! - `budget` bounds what is written and warns of a full disk,
-//! - `stream` writes the cycles of a boot into recordings, `part` is one of them, and `piece` its file,
-//! - [`Recorder`] keeps the streams apart. It knows no socket and no clock,
-//! - [`Viewer`] shows what comes and keeps nothing,
-//! - [`Pieces`] writes what did not come over a network within the same bounds.
+//! - `window` puts the datagrams of a boot in order and counts missing ones,
+//! - `assembly` assembles them to messages,
+//! - `budget` limits what is written and warns of a full disk,
+//! - `stream` writes the cycles of a boot into recordings; `part` is one recording, `piece` its file,
+//! - [`Recorder`] keeps the streams apart and uses neither socket nor clock,
+//! - [`Viewer`] passes on what comes without recording it,
+//! - [`Pieces`] writes cycles that did not come over a network, within the same limits.
 //!
-//! Nothing that was received is thrown away within the [`Bounds`]: a board that boots again, a second board,
-//! and settings that change in mid-run each get a file of their own, and so does what is too long for one.
+//! Within the [`Bounds`] no received data is dropped: a board that boots again, a second board, and settings that change in
+//! mid-run each get a separate file, and a recording that is too long for one file goes on in another.
 
 mod assembly;
 mod budget;

@@ -1,8 +1,8 @@
-//! The files of a recording that has several.
+//! Paths of the files of one recording.
 
 use std::path::{Path, PathBuf};
 
-/// Names of the files: the one that was asked for, then `-2`, `-3`, .. before its ending.
+/// Generates the paths: the one that was asked for, then with `-2`, `-3`, .. before its ending.
 #[derive(Debug)]
 pub(super) struct Names {
     first: PathBuf,
@@ -10,7 +10,7 @@ pub(super) struct Names {
 }
 
 impl Names {
-    /// Named after the first file.
+    /// Begins with the path of the first file.
     pub(super) fn new(first: &Path) -> Self {
         Self {
             first: first.to_path_buf(),
@@ -18,8 +18,8 @@ impl Names {
         }
     }
 
-    /// The next name. The first may exist; those after it do not: files of an earlier recording are
-    /// not overwritten by a number.
+    /// The next path. The first file may exist. Numbers whose file exists are skipped, so that files of an earlier recording
+    /// are not overwritten.
     pub(super) fn next_path(&mut self) -> PathBuf {
         loop {
             self.given += 1;
@@ -44,8 +44,8 @@ impl Names {
     }
 }
 
-/// Sorts the files of recordings that have several as they were written, of each recording by its numbers: a shell
-/// gives `run-10.mcap` before `run-2.mcap`.
+/// Sorts the files of each recording by their number, the order in which they were written: a shell gives `run-10.mcap`
+/// before `run-2.mcap`.
 pub fn sort_pieces(paths: &mut [PathBuf]) {
     paths.sort_by_cached_key(|path| {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();

@@ -10,13 +10,13 @@ use softdock_link::service::Machine;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Name of the metadata record that says what was lost.
+/// Name of the metadata record on losses.
 pub const METADATA: &str = "softdock.telemetry";
 
-/// What a stream has lost so far.
+/// Losses of a stream so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Losses {
-    /// Records for which the board had no room.
+    /// Records that the board dropped for lack of room.
     pub(super) on_board: u64,
     /// Datagrams that never came.
     pub(super) datagrams: u64,
@@ -24,18 +24,18 @@ pub(super) struct Losses {
     pub(super) torn: u64,
 }
 
-/// What became of a file. In the recording's metadata it stands under [`METADATA`].
+/// Result of a file. The recording's metadata contains it under [`METADATA`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PartSummary {
     /// The file.
     pub path: PathBuf,
-    /// Boot of the board, hexadecimal.
+    /// Identification of the boot of the board, hexadecimal.
     pub boot: String,
     /// Firmware of the board; empty if it was never announced.
     pub identity: String,
-    /// The board's settings are in the file.
+    /// Whether the board's settings are in the file.
     pub settings: bool,
-    /// It goes on where the file before ended: a replay takes both, in their order.
+    /// Whether it continues the file before: a replay needs both, in order.
     pub continues: bool,
     /// Number of the first recorded cycle since boot; a replay needs 0.
     pub first_cycle: Option<u64>,
@@ -43,13 +43,13 @@ pub struct PartSummary {
     pub cycles: u64,
     /// Cycles that are missing between the first and the last.
     pub lost_cycles: u64,
-    /// Records that the board had no room for, among the lost cycles or after them.
+    /// Records that the board dropped for lack of room, among the lost cycles or after them.
     pub lost_on_board: u64,
     /// Datagrams that the network or this computer lost.
     pub lost_datagrams: u64,
-    /// Records that came in part.
+    /// Records of which some parts came, but not all.
     pub torn_records: u64,
-    /// What the board said last of itself: stack, times of its answers, noise of its inputs.
+    /// The last report of the board on itself: stack, times of its answers, noise of its inputs.
     pub machine: Option<Machine>,
 }
 
@@ -58,7 +58,7 @@ pub(super) struct OpenPart {
     piece: Piece,
     summary: PartSummary,
     last_cycle: Option<u64>,
-    /// What had been lost before this file.
+    /// Losses of the stream before this file.
     before: Losses,
 }
 
@@ -96,7 +96,7 @@ impl OpenPart {
         self.summary.machine = Some(machine);
     }
 
-    /// Whether what follows needs another file.
+    /// Whether the file has reached its limit, so that another one has to follow.
     pub(super) fn is_full(&self, budget: &Budget) -> bool {
         self.piece.is_full(budget)
     }
@@ -112,13 +112,13 @@ impl OpenPart {
             .last_cycle
             .map_or(0, |last| cycle.saturating_sub(last.saturating_add(1)));
         self.summary.first_cycle.get_or_insert(cycle);
-        // Anybody may send any number.
+        // The number comes from the network and may be anything.
         self.summary.lost_cycles = self.summary.lost_cycles.saturating_add(missing);
         self.last_cycle = Some(cycle);
         Ok(())
     }
 
-    /// What became of the file so far; `now` is what the stream has lost.
+    /// Summary of the file so far; `now` are the losses of the stream.
     pub(super) fn summary(&self, now: Losses) -> PartSummary {
         PartSummary {
             cycles: self.piece.cycles(),
@@ -129,7 +129,7 @@ impl OpenPart {
         }
     }
 
-    /// Ends the file.
+    /// Writes the summary into the file and ends it.
     pub(super) fn finish(mut self, now: Losses, budget: &mut Budget) -> Result<PartSummary> {
         let summary = self.summary(now);
         self.piece.note(METADATA, summary.metadata())?;

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-/// Cycles between two looks at the size of a file: a quarter of a second, as its chunks.
+/// Cycles between two checks of the file's size: a quarter of a second, as its chunks.
 const LOOK_CYCLES: u64 = 64;
 
 /// A file that is being written.
@@ -16,7 +16,7 @@ pub(super) struct Piece {
     writer: RecordingWriter,
     path: PathBuf,
     cycles: u64,
-    /// Size when it was last looked at.
+    /// Size at the last check.
     bytes: u64,
 }
 
@@ -30,23 +30,23 @@ impl Piece {
         })
     }
 
-    /// Of a run that this program computes.
+    /// Marks a run that this program computes: see [`RecordingWriter::simulated`].
     pub(super) fn simulated(self) -> Self {
         let writer = self.writer.simulated();
         Self { writer, ..self }
     }
 
-    /// Cycles in it.
+    /// Number of cycles in the file.
     pub(super) fn cycles(&self) -> u64 {
         self.cycles
     }
 
-    /// Whether what follows needs another file.
+    /// Whether the file has reached its limit, so that another one has to follow.
     pub(super) fn is_full(&self, budget: &Budget) -> bool {
         budget.is_full(self.bytes, self.cycles)
     }
 
-    /// Before its first cycle: the time of that is now.
+    /// Notes the present time of day for the first cycle. To be called before that is pushed.
     pub(super) fn note_wall_clock(&mut self, first: &CycleRecord) -> Result<()> {
         self.writer
             .note_wall_clock(first.trace.time_s, SystemTime::now())
@@ -62,7 +62,7 @@ impl Piece {
         self.writer.push(record, truth)?;
         self.cycles += 1;
         if self.cycles == 1 {
-            // What earlier files have, which may have ended before they were looked at.
+            // Earlier files may have ended between two checks: check the total size.
             return budget.count(0, &self.path);
         }
         if !self.cycles.is_multiple_of(LOOK_CYCLES) {
@@ -79,7 +79,7 @@ impl Piece {
         self.writer.note(name, entries)
     }
 
-    /// Ends the file, which is as long as it is: what it has more than the bounds allow is said of the next one.
+    /// Ends the file without a check of the limits: what exceeds them is reported with the next file.
     pub(super) fn finish(self, budget: &mut Budget) -> Result<()> {
         self.writer.finish()?;
         let bytes = std::fs::metadata(&self.path)?.len();

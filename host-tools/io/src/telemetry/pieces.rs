@@ -1,4 +1,4 @@
-//! A recording of one source in files of a bounded size.
+//! Writes the recording of one source into files of limited size.
 
 use super::budget::{Bounds, Budget};
 use super::part::METADATA;
@@ -8,32 +8,32 @@ use anyhow::{Context, Result};
 use softdock_app::record::CycleRecord;
 use std::path::{Path, PathBuf};
 
-/// Whether cycles are written as they happen.
+/// Relation of the recording to real time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Time {
-    /// They are: each file says what time it was.
+    /// Cycles are recorded as they happen: each file gets the time of day.
     Real,
-    /// They happened at no time: this program computes them.
+    /// This program computes the cycles: they have no time of day.
     Virtual,
 }
 
-/// Files that follow each other: each is whole, and all are replayed together in their order.
+/// Consecutive files: each is complete, and all are replayed together in their order.
 pub struct Pieces {
     budget: Budget,
     time: Time,
     header: Header,
     open: Option<Piece>,
-    /// Number of the cycle that comes next, if none is lost.
+    /// Number of the next cycle if none is lost.
     next: Option<u64>,
     /// Number of the open file's first cycle.
     first: u64,
-    /// Cycles that were lost between those of the open file, or since the file before.
+    /// Cycles that were lost within the open file, or since the file before.
     lost: u64,
     paths: Vec<PathBuf>,
 }
 
 impl Pieces {
-    /// Writes into `path`; further files get a number before the ending.
+    /// Writes into `path`; further files have a number before the ending.
     pub fn new(path: &Path, bounds: Bounds, time: Time) -> Self {
         Self {
             budget: Budget::new(path, bounds),
@@ -47,7 +47,7 @@ impl Pieces {
         }
     }
 
-    /// Ends what was written so far and begins a file with a header of its own, for a board that starts over.
+    /// Ends the present file and begins one with another header, for a board that starts over.
     ///
     /// # Errors
     /// A file cannot be written.
@@ -58,10 +58,10 @@ impl Pieces {
         self.next_piece()
     }
 
-    /// Writes a cycle; with the rig's truth for each or for none.
+    /// Writes a cycle. `truth`, that of the simulated rig, is given for every cycle or for none.
     ///
     /// # Errors
-    /// A file cannot be written, or all that may be written is.
+    /// A file cannot be written, or the total size is used up.
     pub fn push(&mut self, record: &CycleRecord, truth: Option<&TruthRecord>) -> Result<()> {
         let full = |piece: &Piece| piece.is_full(&self.budget);
         if self.open.as_ref().is_none_or(full) {
@@ -69,7 +69,7 @@ impl Pieces {
             self.next_piece()?;
         }
         let cycle = record.trace.cycle;
-        // A board may count from any number.
+        // The first number may be anything.
         let expected = self.next.replace(cycle.saturating_add(1));
         let missing = expected.map_or(0, |expected| cycle.saturating_sub(expected));
         self.lost = self.lost.saturating_add(missing);
@@ -81,11 +81,11 @@ impl Pieces {
         piece.push(record, truth, &mut self.budget)
     }
 
-    /// Ends the present file. Where time is real it says how many cycles it lacks, also that it lacks none, as one does that was
-    /// recorded over the network.
+    /// Ends the present file. In real time its metadata gets the number of lost cycles, also if that is zero, as that of a
+    /// recording over the network.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The file cannot be written.
     pub fn finish(&mut self) -> Result<()> {
         let Some(mut piece) = self.open.take() else {
             return Ok(());
@@ -103,12 +103,12 @@ impl Pieces {
         piece.finish(&mut self.budget)
     }
 
-    /// The files so far.
+    /// Paths of the files so far.
     pub fn paths(&self) -> &[PathBuf] {
         &self.paths
     }
 
-    /// What a person should know, since the last call.
+    /// Takes the warnings for the operator since the last call.
     pub fn take_warnings(&mut self) -> Vec<String> {
         std::mem::take(&mut self.budget.warnings)
     }
@@ -165,7 +165,7 @@ mod tests {
         assert_eq!((next, pieces.paths().len()), (250, 3));
     }
 
-    /// By size: a piece is ended with the first chunk beyond it.
+    /// The first chunk that goes beyond the size ends a file.
     #[test]
     fn a_piece_that_has_its_size_is_ended() {
         let folder = tempfile::tempdir().unwrap();
@@ -182,7 +182,7 @@ mod tests {
         assert!(lengths.len() >= 3, "{lengths:?}");
     }
 
-    /// A board that starts over has other settings, and a live recording says what time it was in each file.
+    /// A board that starts over has other settings, and each file of a live recording has a time of day.
     #[test]
     fn a_board_that_starts_over_gets_a_file_of_its_own() {
         let folder = tempfile::tempdir().unwrap();
@@ -206,7 +206,7 @@ mod tests {
         }
     }
 
-    /// A disk that stalls loses cycles: the file that lacks them says so, and the next one that it lacks none.
+    /// A disk that stalls loses cycles: the file that lacks them reports them, and the next one reports none.
     #[test]
     fn a_file_says_how_many_cycles_it_lacks() {
         let folder = tempfile::tempdir().unwrap();
@@ -228,7 +228,7 @@ mod tests {
         );
     }
 
-    /// Files that end before their size is looked at.
+    /// Files that end before their size is checked.
     #[test]
     fn many_small_files_have_no_more_than_is_allowed() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! From datagrams to recordings, whoever sends them.
+//! Writes datagrams of any senders into recordings.
 
 use super::budget::{Bounds, Budget};
 use super::part::PartSummary;
@@ -11,21 +11,21 @@ use softdock_app::telemetry::{DatagramError, Part};
 use std::net::SocketAddr;
 use std::path::Path;
 
-/// Boots that are kept apart at a time. With one more, the file of the one that was silent longest is ended; should
-/// that board still be there, it gets a new one.
+/// Number of boots whose streams are open at a time. One more ends the file of the stream that was silent longest; if that
+/// board still sends, it gets a new file.
 const STREAMS: usize = 16;
 
-/// Takes the datagrams of one or more boards and writes what they tell.
+/// Takes the datagrams of one or more boards and writes their cycles.
 pub struct Recorder {
     budget: Budget,
-    /// Oldest first, each with the number of the datagram that was heard last.
+    /// Oldest first, each with the number of its last datagram.
     streams: Vec<(u64, Stream)>,
     datagrams: u64,
     /// Files of streams that have ended.
     finished: Vec<PartSummary>,
-    /// Datagrams of streams that have ended, which came twice or too late.
+    /// Datagrams of ended streams that came twice or too late.
     repeated: u64,
-    /// Their cycles for which no file was allowed.
+    /// Cycles of ended streams for which no file was allowed.
     dropped: u64,
     foreign: u64,
     damaged: u64,
@@ -34,7 +34,7 @@ pub struct Recorder {
     refused: Vec<String>,
 }
 
-/// What a recorder has heard so far.
+/// State of a recorder.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Progress {
     /// Boots that were heard.
@@ -49,7 +49,7 @@ pub struct Progress {
     pub foreign: (u64, Option<SocketAddr>),
 }
 
-/// What became of the recordings.
+/// Result of a recorder.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
     /// Cycles in all files.
@@ -64,7 +64,7 @@ pub struct Summary {
     pub damaged_datagrams: u64,
     /// Datagrams that came twice or too late.
     pub repeated_datagrams: u64,
-    /// Cycles of boots, or of settings that a boot has anew, that were too many to get a file.
+    /// Cycles for which no file was begun, because there were too many boots or changes of the settings.
     pub dropped_cycles: u64,
     /// Boards that could not be recorded, and why.
     pub refused: Vec<String>,
@@ -76,7 +76,7 @@ impl Recorder {
         Self::within(path, Bounds::default())
     }
 
-    /// Likewise, within other bounds.
+    /// As [`Self::new`], with these limits.
     pub fn within(path: &Path, bounds: Bounds) -> Self {
         Self {
             budget: Budget::new(path, bounds),
@@ -130,7 +130,7 @@ impl Recorder {
         self.refuse(&who, &why)
     }
 
-    /// Nothing has come for a while: what is missing will not come any more.
+    /// Called when nothing has come for a while: gives up the datagrams that are missing.
     ///
     /// # Errors
     /// A file cannot be written.
@@ -142,13 +142,13 @@ impl Recorder {
         Ok(())
     }
 
-    /// What a person should know, since the last call.
+    /// Takes the remarks for the operator since the last call.
     pub fn take_notes(&mut self) -> Vec<String> {
         self.notes.append(&mut self.budget.warnings);
         std::mem::take(&mut self.notes)
     }
 
-    /// What was heard so far.
+    /// Numbers of boots, cycles and losses so far.
     pub fn progress(&self) -> Progress {
         let (mut cycles, mut lost_cycles) = (0, 0_u64);
         let open = self.streams.iter().flat_map(|(_, stream)| stream.parts());
@@ -167,7 +167,7 @@ impl Recorder {
         }
     }
 
-    /// The cycle that came last.
+    /// The cycle that was received last.
     pub fn newest(&self) -> Option<&CycleRecord> {
         let streams = self.streams.iter().rev();
         streams
@@ -175,7 +175,7 @@ impl Recorder {
             .next()
     }
 
-    /// Ends all files: what became of them, and the first error.
+    /// Ends all files. Returns their summary, and the first error.
     pub fn finish(mut self) -> (Summary, Result<()>) {
         let mut outcome = Ok(());
         for (_, stream) in std::mem::take(&mut self.streams) {
@@ -198,7 +198,7 @@ impl Recorder {
         (summary, outcome)
     }
 
-    /// Place of a boot's stream.
+    /// Index of the stream of a boot; begins one for a new boot.
     fn stream(&mut self, boot: u32) -> Result<usize> {
         let mut streams = self.streams.iter();
         let place = streams.position(|(_, stream)| stream.boot() == boot);
@@ -223,7 +223,7 @@ impl Recorder {
         outcome
     }
 
-    /// A board that cannot be recorded: an error, unless another one can.
+    /// Notes a board that cannot be recorded. An error if no other board can be recorded either.
     fn refuse(&mut self, who: &str, why: &str) -> Result<()> {
         let text = format!(
             "{who} cannot be recorded by this program (`{}`): {why}; use the softdock of the \

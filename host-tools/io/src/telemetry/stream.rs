@@ -11,41 +11,41 @@ use softdock_app::record::CycleRecord;
 use softdock_app::telemetry::{Announcement, Kind, Part, read_machine, read_record, schema};
 use std::path::Path;
 
-/// Cycles that wait for the settings, which are announced every second: 20 s, about 7 MB. Then
-/// they are written without.
+/// Cycles that are held back until the settings come, which are announced every second: 20 s, about 7 MB. Beyond that they
+/// are written without settings.
 const HELD: usize = 5000;
 
-/// Who sends, as announced.
+/// The board's announcement of itself.
 struct Announced {
-    /// The announcement as it came: another one means other settings.
+    /// Its bytes: if they change, the settings have changed.
     message: Vec<u8>,
     identity: String,
-    /// What the recording says about itself, or why the settings cannot be read.
+    /// Header of the recording, or why the settings cannot be read.
     header: Result<Header, String>,
 }
 
-/// One boot of one board.
+/// The stream of one boot of one board.
 pub(super) struct Stream {
     boot: u32,
-    /// Datagrams without their payload, and the payload.
+    /// Pairs of a datagram's head and its payload.
     window: Window<(Part<'static>, Vec<u8>)>,
     assembly: Assembly,
     announced: Option<Announced>,
-    /// Schema of records that this program cannot read.
+    /// Schema of the records, if this program cannot read it.
     other_schema: Option<u32>,
-    /// Records that had the right schema and could not be read all the same.
+    /// Records with the right schema that could not be read.
     unreadable: u64,
-    /// The board's own counter of lost records, as it came last.
+    /// Last value of the board's counter of lost records.
     lost_counter: Option<u32>,
     lost_on_board: u64,
     held: Vec<CycleRecord>,
     /// Cycles for which no file was allowed.
     dropped: u64,
-    /// The cycle that came last.
+    /// The cycle that was received last.
     pub(super) newest: Option<CycleRecord>,
     part: Option<OpenPart>,
     finished: Vec<PartSummary>,
-    /// What a person should know, not told yet.
+    /// Remarks for the operator that were not taken yet.
     pub(super) notes: Vec<String>,
 }
 
@@ -78,20 +78,20 @@ impl Stream {
         self.window.repeated()
     }
 
-    /// The firmware, once it was announced.
+    /// Identity of the firmware; None before it was announced.
     pub(super) fn identity(&self) -> Option<&str> {
         let announced = self.announced.as_ref()?;
         Some(&announced.identity)
     }
 
-    /// The files so far.
+    /// Summaries of the files so far.
     pub(super) fn parts(&self) -> impl Iterator<Item = PartSummary> + '_ {
         let open = self.part.as_ref();
         let open = open.map(|part| part.summary(self.losses()));
         self.finished.iter().cloned().chain(open)
     }
 
-    /// Why this program cannot record the stream, once it is known who sends it.
+    /// Why this program cannot record the stream; None if it can, or the sender is not known yet.
     pub(super) fn refusal(&self) -> Option<String> {
         let announced = self.announced.as_ref()?;
         if let Some(received) = self.other_schema {
@@ -114,7 +114,7 @@ impl Stream {
         self.advance(false, budget)
     }
 
-    /// Writes what is in order. `give_up` waits for nothing that is missing.
+    /// Writes everything that is in order. With `give_up` it does not wait for missing datagrams.
     pub(super) fn advance(&mut self, give_up: bool, budget: &mut Budget) -> Result<()> {
         while let Some((head, payload)) = self.window.take(give_up) {
             let counter = self.lost_counter.replace(head.lost).unwrap_or(head.lost);
@@ -190,7 +190,7 @@ impl Stream {
         }
     }
 
-    /// Begins a file and writes the cycles that wait; drops them if the boot may not have one.
+    /// Begins a file and writes the cycles that were held back. If no file is allowed, they are dropped.
     fn open(&mut self, budget: &mut Budget) -> Result<()> {
         let first = self.finished.is_empty();
         let Some(path) = budget.begin_file() else {
@@ -205,7 +205,7 @@ impl Stream {
             return Ok(());
         };
         let before = match first {
-            // What was lost before the first file was lost among the cycles that wait for it.
+            // Losses before the first file lie among the cycles that were held back for it.
             true => Losses::default(),
             false => self.losses(),
         };
@@ -217,7 +217,7 @@ impl Stream {
         Ok(())
     }
 
-    /// Ends the file, which has its size, and begins the next one.
+    /// Ends the file, which has reached its limit, and begins the next one.
     fn go_on(&mut self, budget: &mut Budget) -> Result<()> {
         let losses = self.losses();
         if let Some(part) = self.part.take() {
@@ -240,8 +240,8 @@ impl Stream {
         Ok(part)
     }
 
-    /// Ends the stream: what came is written, whatever is missing. The files, the cycles for which none was
-    /// allowed, and the first error.
+    /// Ends the stream: writes all that came, without what is missing. Returns the files, the number of cycles for which no
+    /// file was allowed, and the first error.
     pub(super) fn finish(mut self, budget: &mut Budget) -> (Vec<PartSummary>, u64, Result<()>) {
         let mut outcome = self.advance(true, budget);
         self.assembly.tear();
@@ -267,7 +267,7 @@ impl Stream {
     }
 }
 
-/// What a recording says about itself.
+/// Header of a recording with the settings in this image.
 fn header(image: &[u8], identity: &str) -> Result<Header> {
     let settings = Image::decode(image)?.settings;
     Ok(Header {

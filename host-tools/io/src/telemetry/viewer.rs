@@ -1,4 +1,4 @@
-//! Telemetry to look at: what a board sends, as it comes, and nothing kept.
+//! Passes on what a board sends, as it comes, without recording it.
 
 use super::assembly::Assembly;
 use super::window::Window;
@@ -6,31 +6,31 @@ use softdock_app::record::CycleRecord;
 use softdock_app::telemetry::{Announcement, Kind, Part, read_machine, read_record, schema};
 use softdock_link::service::Machine;
 
-/// Something that a board tells.
+/// A message of a board.
 #[derive(Clone, Debug)]
 pub enum Seen {
     /// The firmware's identity.
     Firmware(String),
     /// A cycle.
     Cycle(Box<CycleRecord>),
-    /// What the board measures of itself.
+    /// The board's measurements of itself.
     Machine(Box<Machine>),
 }
 
-/// Reads the datagrams of one board. One that boots again begins anew.
+/// Reads the datagrams of one board. Another boot starts anew.
 #[derive(Debug, Default)]
 pub struct Viewer {
     boot: Option<u32>,
     window: Window<(Part<'static>, Vec<u8>)>,
     assembly: Assembly,
-    /// Records that the board had no room for, by its own counter.
+    /// The board's own counter of records that it dropped for lack of room.
     lost_on_board: u32,
     /// Datagrams that are not of softdock, damaged, or of another version.
     unreadable: u64,
 }
 
 impl Viewer {
-    /// Takes a datagram; `see` is told what it completes.
+    /// Takes a datagram; `see` is called with each message that it completes.
     pub fn accept(&mut self, datagram: &[u8], see: &mut dyn FnMut(Seen)) {
         let part = match Part::read(datagram) {
             Ok(part) if part.schema == schema() => part,
@@ -55,12 +55,13 @@ impl Viewer {
         self.advance(false, see);
     }
 
-    /// Nothing has come for a while: what is missing will not come any more.
+    /// Called when nothing has come for a while: gives up the datagrams that are missing.
     pub fn rest(&mut self, see: &mut dyn FnMut(Seen)) {
         self.advance(true, see);
     }
 
-    /// Messages that the board had no room for, that the network lost, and datagrams that could not be read.
+    /// Numbers of messages that the board dropped, of datagrams lost or records torn on the network, and of unreadable
+    /// datagrams.
     pub fn losses(&self) -> [u64; 3] {
         let torn = self.window.lost() + self.assembly.torn();
         [u64::from(self.lost_on_board), torn, self.unreadable]

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-/// Items that may wait for a missing one before that is given up: a quarter of a second of cycles.
+/// Number of items that may wait for a missing one before that is given up: a quarter of a second of cycles.
 const WAITING: usize = 64;
 
-/// Items of one boot, which are numbered from its start.
+/// Items of one boot, numbered consecutively.
 #[derive(Debug)]
 pub(super) struct Window<T> {
-    /// The number that comes next; none before the first item.
+    /// The number that has to come next; None before the first item.
     next: Option<u64>,
     waiting: BTreeMap<u64, T>,
     lost: u64,
@@ -27,19 +27,19 @@ impl<T> Default for Window<T> {
 }
 
 impl<T> Window<T> {
-    /// Numbers that never came, or so late that they had been given up.
+    /// Number of items that never came, or only after they had been given up.
     pub(super) fn lost(&self) -> u64 {
         self.lost
     }
 
-    /// Items that came twice or too late.
+    /// Number of items that came twice or too late.
     pub(super) fn repeated(&self) -> u64 {
         self.repeated
     }
 
-    /// Takes an item. What [`Self::take`] gives is in order.
+    /// Takes an item; [`Self::take`] returns the items in order.
     pub(super) fn push(&mut self, sequence: u32, item: T) {
-        // The first number is put far enough up that there is room for earlier ones.
+        // The first number is mapped to a large u64, so that earlier ones do not become negative.
         let next = *self.next.get_or_insert(u64::from(sequence) + (1 << 32));
         let ahead = sequence.wrapping_sub(next as u32).cast_signed();
         let number = next.saturating_add_signed(i64::from(ahead));
@@ -50,8 +50,7 @@ impl<T> Window<T> {
         self.waiting.insert(number, item);
     }
 
-    /// The next item in order. A missing one is waited for unless too many wait behind it, or
-    /// `give_up`.
+    /// The next item in order. None if it is missing, unless too many wait behind it or `give_up` is set: then it is skipped.
     pub(super) fn take(&mut self, give_up: bool) -> Option<T> {
         let next = self.next?;
         let full = self.waiting.len() > WAITING;
@@ -97,7 +96,7 @@ mod tests {
         window.push(behind[WAITING], behind[WAITING]);
         assert_eq!(drain(&mut window, false), behind);
         assert_eq!(window.lost(), 1);
-        // It comes too late.
+        // Item 8 comes too late.
         window.push(8, 8);
         assert_eq!(drain(&mut window, true), [0; 0]);
         assert_eq!((window.lost(), window.repeated()), (1, 1));

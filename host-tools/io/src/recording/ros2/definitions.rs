@@ -3,18 +3,18 @@
 
 use crate::recording::schema::SEPARATOR;
 
-/// A message: its name, its fields, and the messages that these are made of.
+/// A message type: its name, its fields, and the message types of these fields.
 pub(super) struct Definition {
     pub(super) name: &'static str,
     fields: &'static str,
     parts: &'static [Part],
 }
 
-/// Name and fields of a message that is part of another.
+/// Name and fields of a message type that another one contains.
 type Part = (&'static str, &'static str);
 
 impl Definition {
-    /// The text of a schema `ros2msg`.
+    /// The schema text (`ros2msg`).
     pub(super) fn text(&self) -> String {
         let mut text = self.fields.to_owned();
         for (name, fields) in self.parts {

@@ -1,4 +1,4 @@
-//! Where the frames of a run are in the laboratory: the names are those of `softdock_control::frames`.
+//! Poses of the frames of a run in the laboratory. The names are those of `softdock_control::frames`.
 //!
 //! ```text
 //! C  the robot's base
@@ -16,13 +16,13 @@ use softdock_control::io::Trace;
 use softdock_control::modes::Mode;
 use softdock_control::settings::Settings;
 
-/// The frames as far as a recording tells them.
+/// The frames as far as a recording determines them.
 pub(super) struct Laboratory {
-    /// None in logs of other programs.
+    /// None for logs of other programs.
     settings: Option<Settings>,
-    /// Q in C, from the first pose on, and anew whenever the rig is armed: its run begins there.
+    /// Q in C. It is determined from the first pose, and again whenever the rig is armed, as its run begins there.
     c_from_q: Option<Pose<f64>>,
-    /// Of the cycle before.
+    /// Mode in the cycle before.
     mode: Option<Mode>,
 }
 
@@ -39,14 +39,14 @@ impl Laboratory {
         self.settings.as_ref()
     }
 
-    /// Looks at a cycle, in their order. True if the fixed frames are to be told.
+    /// Takes the next cycle, in order. Returns whether the fixed frames have to be published.
     pub(super) fn see(&mut self, trace: &Trace) -> bool {
         let before = self.mode.replace(trace.mode);
         let is_armed = trace.mode == Mode::Armed && before != Some(Mode::Armed);
         if self.c_from_q.is_some() && !is_armed {
             return false;
         }
-        // M is where K is.
+        // K is at M at this instant.
         let stands = known(&trace.pose)
             .zip(q_from_k(trace))
             .map(|(c_from_m, q_from_k)| c_from_m * q_from_k.inverse());

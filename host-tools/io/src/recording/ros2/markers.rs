@@ -1,6 +1,6 @@
 //! What a viewer draws: flange and sensor, both spacecraft with their docking surfaces, and the contact force.
 //!
-//! A recording does not know the shape of things: bodies are drawn as spheres that reach from the centre of mass to the
+//! A recording does not contain the shape of bodies. They are drawn as spheres that reach from the centre of mass to the
 //! docking surface.
 
 use super::messages::{Transform, header, pose, vector};
@@ -30,16 +30,16 @@ const RED: Color = [0.9, 0.1, 0.1, 1.0];
 const DISC_M: f64 = 0.12;
 /// Thickness of the docking surfaces, m.
 const THICK_M: f64 = 0.01;
-/// Radius of a body whose docking surface is its centre of mass, m.
+/// Radius of a body whose docking surface coincides with its centre of mass, m.
 const BODY_M: f64 = 0.1;
-/// Length of the arrow of the largest force of a recording, m.
+/// Length of the arrow for the largest force of a recording, m.
 const ARROW_M: f64 = 0.3;
-/// Part of the largest force below which there is no arrow.
+/// Share of the largest force below which no arrow is drawn.
 const NO_CONTACT: f64 = 1e-3;
 /// Height of letters, m.
 const TEXT_M: f64 = 0.03;
 
-/// A thing to draw, at a frame or between two points of it.
+/// An object to draw, at a frame or between two points of it.
 #[derive(Default)]
 pub(super) struct Marker {
     frame: &'static str,
@@ -57,20 +57,20 @@ pub(super) struct Marker {
     text: String,
 }
 
-/// `visualization_msgs/MarkerArray`.
+/// Encodes a `visualization_msgs/MarkerArray`.
 pub(super) fn write(message: &mut Encoder, time_ns: u64, markers: &[Marker]) {
     message.count(markers.len());
     for marker in markers {
         header(message, time_ns, marker.frame);
         message.text(marker.name);
-        // Number in its namespace, kind, action.
+        // Id within the namespace, kind, action.
         let numbers = [0, marker.kind, marker.action];
         numbers.iter().for_each(|number| message.number(*number));
         let [x, y, z] = marker.position;
         pose(message, [x, y, z, 1.0, 0.0, 0.0, 0.0]);
         vector(message, &marker.scale);
         marker.color.iter().for_each(|part| message.number(*part));
-        // It stays until another takes its place, and moves with its frame.
+        // Lifetime 0: it stays until it is replaced. Locked to its frame.
         message.number(0_i32);
         message.number(0_u32);
         message.number(true);
@@ -92,7 +92,7 @@ pub(super) fn write(message: &mut Encoder, time_ns: u64, markers: &[Marker]) {
     }
 }
 
-/// What stands at those of the frames that are known.
+/// Markers at those of the frames that are known.
 pub(super) fn scene(settings: Option<&Settings>, fixed: &[Transform]) -> Vec<Marker> {
     let reach = |of: fn(&Settings) -> [f64; 3]| {
         let surface = settings.map_or(0.0, |settings| Vector3::from(of(settings)).norm());
@@ -162,7 +162,7 @@ fn label(frame: &'static str, name: &'static str) -> Marker {
 
 /// The contact force at the docking surface of the flange.
 pub(super) struct Contact {
-    /// The docking surface in M: M is where K is.
+    /// Position of the docking surface in M, taken from K: both frames coincide.
     surface_m: Vector3<f64>,
     largest_force_n: f64,
 }
@@ -177,7 +177,7 @@ impl Contact {
         }
     }
 
-    /// An arrow and its force in words, or nothing.
+    /// An arrow and its force in words; both are deleted where there is no contact.
     pub(super) fn markers(&self, trace: &Trace) -> [Marker; 2] {
         let force = force(trace);
         let newton = force.norm();
@@ -192,7 +192,7 @@ impl Contact {
             color: RED,
             ..Marker::default()
         };
-        // Diameters of shaft and head, length of the head.
+        // Diameter of the shaft, diameter of the head, length of the head.
         let mut arrow = marker("contact force", ARROW, [0.01, 0.02, 0.04]);
         let mut text = marker("contact force in N", TEXT_VIEW_FACING, [0.0, 0.0, TEXT_M]);
         if touches {
@@ -204,7 +204,7 @@ impl Contact {
     }
 }
 
-/// At M, axes of M.
+/// Contact force at M in axes of M, N.
 fn force(trace: &Trace) -> Vector3<f64> {
     let [x, y, z, ..] = trace.wrench_at_m;
     Vector3::new(x, y, z)

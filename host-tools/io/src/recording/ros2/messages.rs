@@ -1,4 +1,4 @@
-//! Bytes of the standard messages: what they have in common, and transforms.
+//! Encoding of the standard messages: common parts, and transforms.
 
 use crate::recording::cdr::Encoder;
 use crate::recording::field::EachNumber;
@@ -8,7 +8,7 @@ const NS_PER_S: u64 = 1_000_000_000;
 
 /// `std_msgs/Header`.
 pub(super) fn header(message: &mut Encoder, time_ns: u64, frame: &str) {
-    // Seconds have 32 bits until 2038, as ROS 2 has it.
+    // ROS 2 has 32 bits for seconds, which last until 2038.
     message.number((time_ns / NS_PER_S) as i32);
     message.number((time_ns % NS_PER_S) as u32);
     message.text(frame);
@@ -24,11 +24,11 @@ pub(super) fn pose(message: &mut Encoder, [x, y, z, w, i, j, k]: [f64; 7]) {
     vector(message, &[x, y, z, i, j, k, w]);
 }
 
-/// Where a frame is.
+/// Pose of a frame in its parent.
 pub(super) struct Transform {
     pub(super) parent: &'static str,
     pub(super) child: &'static str,
-    /// The child in the parent.
+    /// The child frame in the parent frame.
     pub(super) pose: Pose<f64>,
 }
 

@@ -1,12 +1,11 @@
-//! A copy of a recording for programs that know ROS 2: all of its topics, and beside them the standard messages that
-//! Foxglove, RViz and others draw without being told how. What a model predicts may stand beside what was measured.
+//! Copies a recording for programs that know ROS 2: all of its topics, and beside them standard messages that Foxglove, RViz
+//! and others draw without configuration. A model's prediction can be added to the measured quantities.
 //!
 //! - `definitions` has the text of the standard messages, `messages` writes their bytes,
-//! - `stamped` lists forces, poses and velocities, each in its frame,
-//! - `laboratory` says where the frames are, `markers` draws what is there.
+//! - `stamped` lists wrenches, poses and velocities, each with its frame,
+//! - `laboratory` computes the poses of the frames, `markers` draws objects at them.
 //!
-//! A recording itself holds no such copy of its numbers: it would be half as long again, and everything here follows
-//! from it.
+//! A recording itself contains no such messages: it would be half as long again, and they can all be computed from it.
 
 mod definitions;
 mod laboratory;
@@ -39,11 +38,11 @@ use std::path::Path;
 const CHUNK_CYCLES: usize = 1024;
 
 impl Recording {
-    /// Writes the copy for viewers, with what a model predicts of each cycle where that is given: the table's first
-    /// column is the time, and its rows are the cycles. Time stamps are of the wall clock where the recording knows it.
+    /// Writes the copy for viewers. `series` is what a model predicts: its first column is the time, and it has one row per
+    /// cycle. Time stamps are of the wall clock where the recording knows it.
     ///
     /// # Errors
-    /// The table has other rows than the recording has cycles, or the file cannot be written.
+    /// The number of rows and cycles differs, or the file cannot be written.
     pub fn write_ros2(&self, series: Option<&DataTable>, path: &Path) -> Result<()> {
         write_whole_with(path, |file| {
             let mut copy = CopyWriter::new(BufWriter::new(file), self, series)?;
@@ -59,7 +58,7 @@ impl Recording {
 /// The topics of the recording itself, with their channels.
 enum Recorded {
     Topics(Vec<(Topic, u16)>),
-    /// Of another program's log.
+    /// The log of another program.
     Table(TableTopic, u16),
 }
 
@@ -72,7 +71,7 @@ struct CopyWriter<'a, W: Write> {
     stamped: Vec<(&'static Stamped, u16)>,
     laboratory: Laboratory,
     contact: Contact,
-    /// Channels of moving and of fixed frames, of what stands there and of the contact.
+    /// Channels of the moving frames, the fixed frames, the static markers and the contact force.
     tf: u16,
     tf_static: u16,
     scene: u16,
@@ -99,7 +98,7 @@ impl<'a, W: Write> CopyWriter<'a, W> {
         });
         let settings = header.control_settings().ok();
         Ok(Self {
-            // The times of a table's messages are the times of its cycles.
+            // A table's messages have the times of its cycles, without a wall clock.
             clock: recording.wall_clock.filter(|_| !table::fits(recording)),
             recorded: out.recorded(recording)?,
             series: series.transpose()?,
@@ -164,7 +163,7 @@ impl<'a, W: Write> CopyWriter<'a, W> {
     }
 }
 
-/// The file, and the instant of the messages that are written into it.
+/// The file, and the time and number of the messages that are written next.
 struct Output<W: Write> {
     mcap: mcap::Writer<NoSeek<W>>,
     encoder: Encoder,
@@ -179,7 +178,7 @@ impl<W: Write> Output<W> {
             .compression_threads(0)
             .profile(PROFILE)
             .library(LIBRARY)
-            // Chunks end between two cycles.
+            // Chunks are ended explicitly, between two cycles.
             .chunk_size(None)
             .disable_seeking(true)
             .create(NoSeek::new(sink))?;
@@ -221,7 +220,7 @@ impl<W: Write> Output<W> {
         Ok(Recorded::Topics(topics?))
     }
 
-    /// Those that say something in any of the cycles: a log of another program has few.
+    /// The stamped topics that are known in any of the cycles: a log of another program has few.
     fn stamped(&mut self, cycles: &[CycleRecord]) -> Result<Vec<(&'static Stamped, u16)>> {
         let known = stamped::ALL.iter();
         let known = known.filter(|stamped| cycles.iter().any(|cycle| stamped.is_known(cycle)));
@@ -230,7 +229,7 @@ impl<W: Write> Output<W> {
             .collect()
     }
 
-    /// The messages that follow are of this cycle.
+    /// Sets time and number of the following messages to those of this cycle.
     fn at(&mut self, cycle: &CycleRecord, clock: Option<WallClock>) -> Result<()> {
         let time_s = cycle.trace.time_s;
         let past = clock.unwrap_or_default().unix_ns(time_s);

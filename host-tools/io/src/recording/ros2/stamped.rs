@@ -1,7 +1,7 @@
-//! Forces, poses and velocities as messages with time and frame.
+//! Wrenches, poses and velocities as messages with time and frame.
 //!
-//! In a recording the linear part of a velocity is in axes of C and the angular one in axes of the body; a
-//! `TwistStamped` has one frame, so the angular part is turned into it.
+//! In a recording the linear part of a velocity is in axes of C, the angular part in axes of the body. A `TwistStamped` has
+//! one frame, so the angular part is rotated into C.
 
 use super::definitions::{Definition, POSE_STAMPED, TWIST_STAMPED, WRENCH_STAMPED};
 use super::messages::{header, pose, vector};
@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use softdock_app::record::CycleRecord;
 use softdock_control::frames;
 
-/// A topic of one of these messages.
+/// A topic of standard messages with time and frame.
 pub(super) struct Stamped {
     pub(super) topic: &'static str,
     /// Frame in whose axes the numbers are.
@@ -35,7 +35,7 @@ const fn stamped(topic: &'static str, frame: &'static str, quantity: Quantity) -
     }
 }
 
-/// All of them.
+/// All stamped topics.
 pub(super) static ALL: [Stamped; 9] = [
     stamped(
         "/rig/wrench",
@@ -89,7 +89,7 @@ impl Stamped {
         }
     }
 
-    /// Whether the cycle has it: a quantity that a log lacks is zero throughout.
+    /// Whether the cycle has this quantity: one that a log lacks is zero throughout.
     pub(super) fn is_known(&self, cycle: &CycleRecord) -> bool {
         let known = |numbers: &[f64]| numbers.iter().any(|number| *number != 0.0);
         match self.quantity {
@@ -112,7 +112,7 @@ impl Stamped {
     }
 }
 
-/// The velocity with its angular part in the axes of the linear one.
+/// The velocity with its angular part rotated into the axes of the linear part.
 fn in_one_frame([x, y, z, rx, ry, rz]: [f64; 6], body: &[f64; 7]) -> [f64; 6] {
     let [_, _, _, w, i, j, k] = *body;
     let turned = frames::pose::<f64>(&[0.0; 3], &[w, i, j, k]).rotation * Vector3::new(rx, ry, rz);
