@@ -26,7 +26,7 @@ use softdock_rig::rig::hidden::{self, suggest};
 
 /// Speed of the bounces, m/s: the middle of the paper's range.
 pub const BOUNCE_SPEED_M_S: f64 = 0.01;
-/// Effects that a delay law is told of.
+/// Effects that the settings of a delay law contain.
 const LEARNED: [&str; 4] = [
     actuation_delay::EFFECT.id,
     zero_cross_pause::EFFECT.id,
@@ -34,8 +34,8 @@ const LEARNED: [&str; 4] = [
     second_order_servo::EFFECT.id,
 ];
 
-/// What the rig hides unless somebody asks for something else: with the 12 ms that the model knows,
-/// the robot of the paper, which is 32 ms late and stands still for 16 ms when it reverses.
+/// Effects that the rig hides by default. With the 12 ms that the model knows they give the robot of the paper, which is 32
+/// ms late and stands still for 16 ms when it reverses.
 pub fn default_hidden() -> Vec<Hidden> {
     let one = |id: &str, parameter: &str, value: f64| Hidden {
         id: id.to_owned(),
@@ -58,12 +58,12 @@ pub fn hidden(ids: &[String], seed: u64) -> Result<Vec<Hidden>> {
     ids.iter().map(|id| suggest(id, seed)).collect()
 }
 
-/// A recording of the rig, and how fast it came.
+/// A recording of the rig, and the speed of the simulation.
 #[derive(Clone, Debug)]
 pub struct Run {
     /// Every cycle.
     pub recording: Recording,
-    /// How fast it ran.
+    /// Statistics of the simulation.
     pub statistics: RunStatistics,
 }
 
@@ -79,7 +79,7 @@ pub fn run(part: Part, hidden: &[Hidden], seed: u64) -> Result<Run> {
     })
 }
 
-/// The model file with what was named: the user's text as it was, then effects and history.
+/// The model file with the named effects: the user's text unchanged, then effects and history.
 ///
 /// # Errors
 /// None that the demonstration can cause: the text is checked as a model before it is returned.
@@ -102,7 +102,7 @@ fn named(report: &Report) -> impl Iterator<Item = &EffectModel> {
     fitted.filter(|effect| names.contains(&effect.id))
 }
 
-/// The fall of the error by what is named: an unexplained error does not fall.
+/// Steps of the error, only those of named effects: no others are added to the model.
 fn steps(diagnosis: &Diagnosis) -> impl Iterator<Item = &Step> {
     let steps = diagnosis.steps.iter().enumerate();
     let named = |place: usize, step: &Step| place == 0 || diagnosis.effects.contains(&step.effect);
@@ -139,29 +139,29 @@ fn step_text(step: &Step, train: &str, test: &str) -> String {
     )
 }
 
-/// Six digits are more than any fit knows.
+/// A number with six digits, which are more than any fit determines.
 fn digits(value: f64) -> String {
     let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
     format!("{rounded:?}")
 }
 
-/// A hidden parameter and what became of it.
+/// A hidden parameter and its estimate.
 #[derive(Clone, Debug, Serialize)]
 pub struct Answer {
     /// The hidden effect.
     pub effect: String,
     /// Whether the verdict names it.
     pub named: bool,
-    /// Its parameter.
+    /// Name of the parameter.
     pub parameter: String,
-    /// What the rig had.
+    /// True value.
     pub hidden: f64,
-    /// What the diagnosis says.
+    /// Estimate of the diagnosis, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub found: Option<Estimate>,
 }
 
-/// Every hidden parameter beside what was found, if need be in other words.
+/// Every hidden parameter with its estimate, also where the diagnosis names an equivalent effect.
 pub fn answers(hidden: &[Hidden], diagnosis: &Diagnosis) -> Vec<Answer> {
     let of_effect = |effect: &Hidden| {
         let own = diagnosis.parameters.get(&effect.id);
@@ -181,7 +181,7 @@ pub fn answers(hidden: &[Hidden], diagnosis: &Diagnosis) -> Vec<Answer> {
     hidden.iter().flat_map(of_effect).collect()
 }
 
-/// Hidden against found.
+/// Hidden values and estimates.
 pub fn answer_table(answers: &[Answer]) -> Table {
     let mut table = Table::new(vec![
         Column::text("hidden effect"),
@@ -219,7 +219,7 @@ pub fn answer_table(answers: &[Answer]) -> Table {
     table
 }
 
-/// The fall of the error, effect by effect.
+/// The error after each added effect.
 pub fn history_table(diagnosis: &Diagnosis) -> Table {
     let mut table = Table::new(vec![
         Column::text("model"),
@@ -244,8 +244,7 @@ pub fn history_table(diagnosis: &Diagnosis) -> Table {
     table
 }
 
-/// What the diagnosis found out about the robot, for the board's settings; None if it named nothing
-/// that a delay law can use.
+/// The identified robot, for the board's settings; None if the diagnosis named nothing that a delay law can use.
 pub fn learned(report: &Report) -> Option<ActuatorSettings> {
     let named = &report.diagnosis.effects;
     if !named.iter().any(|id| LEARNED.contains(&id.as_str())) {
@@ -256,7 +255,7 @@ pub fn learned(report: &Report) -> Option<ActuatorSettings> {
     Some(model.robot_for_board())
 }
 
-/// Settings of the board's delay compensation with what was found out.
+/// Settings of the board's delay compensation with the identified robot.
 pub fn delay_settings(law: LawName, robot: &ActuatorSettings) -> DelaySettings {
     DelaySettings {
         law,
@@ -281,13 +280,13 @@ pub fn board_text(delay: &DelaySettings) -> Result<String> {
 pub struct Bounce {
     /// The board's delay compensation.
     pub delay: DelaySettings,
-    /// How fast it ran.
+    /// Statistics of the simulation.
     pub statistics: RunStatistics,
     /// The impact, or why the board stopped before it.
     pub impact: Result<Impact, String>,
 }
 
-/// Whether a delay law has anything to do on a rig that hides this.
+/// Whether the hidden effects contain one that a delay law can compensate.
 pub fn is_late(hidden: &[Hidden]) -> bool {
     hidden.iter().any(|h| LEARNED.contains(&h.id.as_str()))
 }
@@ -328,7 +327,7 @@ fn stopped(fault: &Fault) -> String {
     }
 }
 
-/// Those that another mechanism and another spacecraft have too.
+/// The hidden effects of the actuator, which another mechanism and another spacecraft have too.
 fn of_actuator(hidden: &[Hidden]) -> Vec<Hidden> {
     let acts = |h: &&Hidden| hidden::effect(&h.id).is_ok_and(|e| e.group == Group::Actuator);
     hidden.iter().filter(acts).cloned().collect()

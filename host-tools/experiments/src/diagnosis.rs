@@ -1,5 +1,4 @@
-//! The test that a diagnosis learns from: the built-in scenario, as a pair of a recording to fit
-//! and one that the fit has not seen.
+//! The built-in test for a diagnosis: a pair of a recording to fit and one that the fit has not seen.
 
 use super::scenario::Scenario;
 use anyhow::Result;
@@ -9,20 +8,20 @@ use softdock_rig::rig::Hidden;
 
 /// The scenario, as the `run` command takes it.
 pub const SCENARIO: &str = include_str!("../../scenarios/diagnosis.toml");
-/// What is known of its rig.
+/// The nominal model of its rig.
 pub const MODEL: &str = include_str!("../../scenarios/diagnosis.model.toml");
 
-/// Speed of the unseen run, m/s: another one, in the other direction.
+/// Speed of the unseen run, m/s: of another magnitude and in the other direction.
 const UNSEEN_SPEED_M_S: f64 = -0.047;
-/// What its seed differs by: noise of its own for each seed of a user.
+/// Difference of the unseen run's seed, so that each seed of a user gives it other noise.
 const UNSEEN_SEED: u64 = 0x5eed_0000;
 
-/// Which recording of the pair.
+/// One recording of the pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// The one that is fitted.
+    /// The recording that is fitted.
     Train,
-    /// The one that the fit does not see: other initial motion, other noise.
+    /// The recording that the fit does not see: other initial motion, other noise.
     Test,
 }
 
@@ -44,10 +43,10 @@ pub fn scenario(part: Part, hidden: &[Hidden], seed: u64) -> Result<Scenario> {
     Ok(scenario)
 }
 
-/// The model of its rig without what it hides.
+/// The nominal model of the rig, without hidden effects.
 ///
 /// # Errors
-/// None, as long as the built-in text is a model.
+/// None: the built-in text is valid.
 pub fn model() -> Result<Model> {
     Model::from_toml(MODEL, "built-in diagnosis model")
 }

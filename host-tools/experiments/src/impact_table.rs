@@ -1,12 +1,12 @@
-//! How an impact is shown in every table.
+//! Cells of an impact, for all tables.
 
 use super::impacts::Impact;
 use softdock_report::{Cell, Column, Mark};
 
-/// Restitution within this of the analytic one, and part of the rebound's momentum that a law may add, without a mark:
-/// what `bench delay` asks of a law.
+/// Limits of a good impact, as in `bench delay`: deviation of the restitution from the analytic one, and share of the
+/// rebound's momentum that the law may add.
 const GOOD: f64 = 0.02;
-/// What the marks say.
+/// Meaning of the marks.
 pub const LEGEND: &str = "✓ restitution within 0.02 of the analytic one, ✗ not, or more than 2 % of the rebound was added by the law";
 
 /// Columns for [`cells`].
@@ -23,7 +23,7 @@ pub fn columns() -> Vec<Column> {
     ]
 }
 
-/// The cells where there was none.
+/// The cells if there was no impact.
 pub fn no_impact() -> Vec<Cell> {
     columns().iter().map(|_| Cell::text("-")).collect()
 }

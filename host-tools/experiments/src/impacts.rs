@@ -22,7 +22,7 @@ pub struct Impact {
     pub speed_out_mm_s: f64,
     /// Speed out over speed in.
     pub restitution: f64,
-    /// What the analytic bounce gives.
+    /// Restitution of the analytic bounce.
     pub expected_restitution: f64,
     /// Kinetic energy along the normal: (e² − e_expected²).
     pub energy_error: f64,
@@ -34,10 +34,11 @@ pub struct Impact {
     pub peak_force_n: f64,
     /// Time in contact, s.
     pub contact_time_s: f64,
-    /// (∫ F dt of the measured force − m Δv of the model) / (2 m v): momentum along the normal that the law gave
-    /// without a measured force.
+    /// (∫ F dt of the measured force − m Δv of the model) / (2 m v): momentum along the normal that no measured force
+    /// accounts for.
     pub impulse_unaccounted: f64,
-    /// The law took the contact for an undamped one, and noise may hide a damping that would have slowed the rebound.
+    /// Whether the law took the contact for an undamped one although noise may hide a damping that would have slowed the
+    /// rebound.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub damping_in_noise: bool,
 }
@@ -45,16 +46,16 @@ pub struct Impact {
 /// Contacts closer together than this belong to one impact, s: a late robot may leave and touch
 /// again while the model still turns.
 const SAME_IMPACT_S: f64 = 0.02;
-/// Cycles after the last force, and after the law's last say about the contact, until the model has seen it:
-/// the sensor's sample and the mean of two velocities.
+/// Cycles after the last force, and after the law has ended its treatment of the contact, until the model's velocity is
+/// final: the sensor's sample and the mean of two velocities.
 const SETTLE_CYCLES: u32 = 3;
 
-/// What the search keeps of a cycle.
+/// Quantities of a cycle for the search.
 #[derive(Clone, Copy, Debug)]
 struct Sample {
     time_s: f64,
     running: bool,
-    /// Velocity that the model wants: linear in C, angular in M.
+    /// Velocity of the model: linear in C, angular in M.
     velocity: Twist<f64>,
     /// Measured orientation of M in C.
     c_from_m: UnitQuaternion<f64>,
@@ -62,9 +63,9 @@ struct Sample {
     force: Vector3<f64>,
     /// Impulse in C that the law added to the measured one, N·s.
     added: Vector3<f64>,
-    /// The law still follows the contact; its guard acts at the end.
+    /// Whether the law still treats the contact; its guard acts at the end.
     law_in_contact: bool,
-    /// The law says that noise may hide a damping.
+    /// Whether the law flags that noise may hide a damping.
     damping_in_noise: bool,
 }
 
@@ -88,7 +89,7 @@ impl Sample {
         }
     }
 
-    /// Speed of the wall's contact point towards the wall, as the model wants it, m/s.
+    /// Speed of the contact point towards the wall according to the model, m/s.
     fn closing_speed(&self, wall: &WallSettings) -> f64 {
         let spin = self.velocity.angular.cross(&Vector3::from(wall.tip_m));
         let tip = self.velocity.linear + self.c_from_m * spin;
@@ -96,20 +97,20 @@ impl Sample {
     }
 }
 
-/// An impact that is not over.
+/// An impact that is not complete.
 #[derive(Clone, Copy, Debug)]
 struct Contact {
     before: Sample,
     after: Option<Sample>,
     touch_s: f64,
     cycles: u32,
-    /// Cycles since the last force, and since the law has let the contact go.
+    /// Cycles since the last force (`free_cycles`), and since the law has ended its treatment (`settled_cycles`).
     free_cycles: u32,
     settled_cycles: u32,
     peak_force_n: f64,
-    /// Sum of the forces, which tells the wall.
+    /// Sum of the forces, N; its direction shows which wall was touched.
     push: Vector3<f64>,
-    /// Sum of what the law added, N·s.
+    /// Sum of the impulses that the law added, N·s.
     added: Vector3<f64>,
     damping_in_noise: bool,
 }
@@ -125,7 +126,7 @@ pub struct ImpactFinder<'a> {
 }
 
 impl<'a> ImpactFinder<'a> {
-    /// Nothing has been seen.
+    /// A finder that has seen no cycle yet.
     pub fn new(scenario: &'a Scenario) -> Self {
         let cycle_s = scenario.board.control.robot.cycle_s;
         Self {
@@ -137,7 +138,7 @@ impl<'a> ImpactFinder<'a> {
         }
     }
 
-    /// Takes the next cycle. An impact counts if the loop was closed from before until after it.
+    /// Takes the next cycle. An impact is only counted if the loop was closed from before it until after it.
     pub fn push(&mut self, record: &CycleRecord, truth: &TruthRecord) {
         let sample = Sample::new(record, truth);
         if !sample.running {
@@ -163,12 +164,12 @@ impl<'a> ImpactFinder<'a> {
         self.before = Some(sample);
     }
 
-    /// The impacts that are over.
+    /// The complete impacts.
     pub fn finish(self) -> Vec<Impact> {
         self.impacts
     }
 
-    /// Whether the next force is another impact.
+    /// Whether the next force belongs to another impact.
     fn has_parted(&self) -> bool {
         let free = self.contact.map_or(0, |contact| contact.free_cycles);
         f64::from(free) * self.cycle_s > SAME_IMPACT_S
@@ -177,7 +178,7 @@ impl<'a> ImpactFinder<'a> {
     fn touch(&mut self, sample: Sample) {
         let Some(before) = self.before else { return };
         if self.has_parted() {
-            // The law was not done with the last one.
+            // The law was still treating the last contact: take the velocity just before the new touch.
             self.contact = self.contact.map(|contact| Contact {
                 after: Some(before),
                 ..contact
@@ -229,7 +230,7 @@ impl<'a> ImpactFinder<'a> {
         let speed_in = before.closing_speed(wall);
         let speed_out = -after.closing_speed(wall);
         let (restitution, expected) = (speed_out / speed_in, analytic.restitution());
-        // Touch and parting lie half a cycle outside of the first and last force on average.
+        // On average the touch lies half a cycle before the first force, and the parting half a cycle after the last one.
         let contact_time_s = f64::from(cycles) * self.cycle_s;
         self.impacts.push(Impact {
             time_s: touch_s,
@@ -238,7 +239,7 @@ impl<'a> ImpactFinder<'a> {
             restitution,
             expected_restitution: expected,
             energy_error: restitution * restitution - expected * expected,
-            // What touches while it goes away has no peak to be held against.
+            // If the contact begins while it separates, there is no peak to compare with.
             peak_force_error: peak_force_n / analytic.peak_force_n(speed_in.max(0.0)) - 1.0,
             contact_time_error: contact_time_s / analytic.contact_time_s() - 1.0,
             peak_force_n,

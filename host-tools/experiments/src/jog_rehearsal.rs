@@ -1,7 +1,7 @@
 //! A jog of the simulated rig, recorded like one of a real rig.
 //!
-//! The jog is that of the board, as far and as fast as the scenario's board is set to. The mechanism
-//! is taken away: an identification wants free space.
+//! The jog is that of the board, with the distance and speed of its settings in the scenario. The mechanism is removed: an
+//! identification needs free space.
 
 use crate::scenario::Scenario;
 use anyhow::{Result, bail, ensure};
@@ -16,7 +16,7 @@ use softdock_physics::model::Axis;
 use softdock_rig::rig::settings::{CorrectionMode, MechanismSettings};
 use softdock_rig::rig::{Rig, RigSettings};
 
-/// Cycles of rest behind a jog.
+/// Cycles of rest after a jog.
 const AFTER: u32 = 50;
 /// First time stamp of the robot, ms.
 const FIRST_IPOC: u64 = 1_000_000;
@@ -25,8 +25,7 @@ const FIRST_IPOC: u64 = 1_000_000;
 ///
 /// # Errors
 ///
-/// A scenario that does not check, a robot whose correction limits are narrower than the jog, or
-/// one that stops.
+/// The scenario is not valid, the robot's correction limits are narrower than the jog, or the robot stops.
 pub fn jog(scenario: &Scenario, axis: Axis, seed: u64) -> Result<Recording> {
     scenario.validate()?;
     let mut settings = scenario.rig.clone();
@@ -55,7 +54,7 @@ pub fn jog(scenario: &Scenario, axis: Axis, seed: u64) -> Result<Recording> {
                 rig.stopped()
             );
         };
-        // A while longer than the jog, so that its end is seen to be executed.
+        // Record some cycles more than the jog, until its end is executed.
         let sent = match excitation.next_velocity() {
             Some(velocity) => velocity,
             None if late >= AFTER => break,
@@ -76,7 +75,7 @@ pub fn jog(scenario: &Scenario, axis: Axis, seed: u64) -> Result<Recording> {
     Ok(recorder.recording)
 }
 
-/// The jog has to fit into the robot's own limits, which clamp silently.
+/// An error unless the jog fits into the robot's own limits, which clamp silently.
 fn room(settings: &RigSettings, axis: Axis, reach: f64) -> Result<()> {
     let robot = &settings.robot;
     let Some(clamp) = robot.correction_limit.upper_m.get(axis.index()) else {
@@ -92,7 +91,7 @@ fn room(settings: &RigSettings, axis: Axis, reach: f64) -> Result<()> {
     Ok(())
 }
 
-/// The wrench that gauge counts mean.
+/// The wrench that these gauge counts stand for (N, N·m).
 fn wrench(settings: &RigSettings, counts: [i16; 6]) -> [f64; 6] {
     let sensor = &settings.sensor;
     std::array::from_fn(|i| {

@@ -3,11 +3,11 @@
 //! | module | |
 //! |---|---|
 //! | `scenario`, `run`, `spring_rod` | what is simulated |
-//! | `one_contact`, `impacts`, `impact_table` | the contacts of a run, and what they keep of the approach |
-//! | `demo`, `diagnosis`, `reproduce`, `rehearsal`, `jog_rehearsal`, `starter` | runs that are ready |
+//! | `one_contact`, `impacts`, `impact_table` | the contacts of a run, and their analytic counterparts |
+//! | `demo`, `diagnosis`, `reproduce`, `rehearsal`, `jog_rehearsal`, `starter` | built-in runs |
 //! | `check` | whether a loop with these settings is stable, and what its contacts would be |
 //! | `campaign` | one scenario under thousands of conditions |
-//! | `bench` | delay laws and the diagnosis before plants and logs of others |
+//! | `bench` | benchmarks of the delay laws and of the diagnosis, on independent plants and logs |
 
 pub mod bench;
 pub mod campaign;

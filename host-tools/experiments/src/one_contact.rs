@@ -1,4 +1,4 @@
-//! The contact of two spacecraft at one point: one mass on one wall, without any delay.
+//! The contact of two spacecraft at one point, reduced to one mass on one wall, without any delay.
 //!
 //! An impact of two spacecraft at one point with stiffness k and damping c along a normal n is that of
 //! one mass m, with `1/m = n·(1/m_K + 1/m_Q) n + (r_K × n)·I_K⁻¹(r_K × n) + (r_Q × n)·I_Q⁻¹(…)`,
@@ -12,7 +12,7 @@ use softdock_control::frames;
 use softdock_control::settings::BodySettings;
 use softdock_rig::rig::settings::WallSettings;
 
-/// Standard deviations at which the predictor takes a damping for as likely as none: √(2 ln 1000).
+/// Number of standard deviations at which the predictor finds a damping as likely as none: √(2 ln 1000).
 const SEEN: f64 = 3.717;
 
 /// One mass on one wall.
@@ -27,13 +27,13 @@ pub struct Contact {
 }
 
 impl Contact {
-    /// Of a scenario's bodies with a wall.
+    /// The contact of a scenario's bodies with a wall.
     pub fn new(scenario: &Scenario, wall: &WallSettings) -> Self {
         let control = &scenario.board.control;
         let normal = Vector3::from(wall.normal).normalize();
         let start = frames::orientation_from_abc::<f64>(&scenario.start_abc_rad);
-        // The laboratory is the simulated world turned so that K stands as M does at the start; the
-        // point of contact is the tip on K, and Q's lever leads to the same point.
+        // The laboratory is the simulated world, rotated such that K has the orientation of M at the start. The point of
+        // contact is the tip on K; Q's lever leads to the same point.
         let body_pose =
             |body: &BodySettings| frames::pose::<f64>(&body.position_m, &body.orientation_wxyz);
         let (k, q) = (body_pose(&control.body_k), body_pose(&control.body_q));
@@ -64,8 +64,8 @@ impl Contact {
         self.damping_n_s_per_m / (2.0 * (self.stiffness_n_per_m * self.mass_kg).sqrt())
     }
 
-    /// Phase angle at which the contact ends, over √|1 − ζ²|: the wall never pulls, so that is where
-    /// k x + b v = 0. Beyond ζ = 1 the arc sine continues as a logarithm.
+    /// Phase angle at which the contact ends, divided by √|1 − ζ²|. The wall never pulls, so the contact ends where k x + b v
+    /// = 0. For ζ > 1 the arc sine continues as a logarithm.
     fn end(&self) -> f64 {
         let zeta = self.damping_ratio();
         let root = (1.0 - zeta * zeta).abs().sqrt();
@@ -102,9 +102,9 @@ impl Contact {
         scale * (-z * top / root).exp() * pulse
     }
 
-    /// Smallest damping that one contact tells from none, N·s/m, at a speed (m/s), with a noise of the force (N) in each
-    /// cycle (s). Depth and speed of an elastic contact are orthogonal, so least squares leave σ/v √(2 Ts/T) of it;
-    /// whoever knows less of the motion sees less.
+    /// Smallest damping that one contact distinguishes from none, N·s/m, at a speed (m/s), with the noise of the force (N) in
+    /// each cycle (s). Depth and speed of an elastic contact are orthogonal, so the standard error of least squares is σ/v
+    /// √(2 Ts/T). An estimator that knows less of the motion needs more.
     pub fn damping_in_noise(&self, noise_n: f64, speed_m_s: f64, cycle_s: f64) -> f64 {
         let elastic_s = std::f64::consts::PI / self.frequency_rad_s();
         SEEN * noise_n / speed_m_s * (2.0 * cycle_s / elastic_s).sqrt()
@@ -163,7 +163,7 @@ mod tests {
         }
     }
 
-    /// Against the normal equations of a force of stiffness, onset and damping.
+    /// Compares with the normal equations of a force with stiffness, onset and damping.
     #[test]
     fn noise_hides_what_least_squares_do_not_see() {
         let elastic = Contact {

@@ -1,4 +1,4 @@
-//! Runs a scenario into a recording on disk, in files of a bounded size.
+//! Runs a scenario into a recording on disk, in files of limited size.
 
 use super::run::{RunStatistics, header, run};
 use super::scenario::Scenario;
@@ -13,12 +13,12 @@ use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Cycles that are handed to the writing thread at a time, and how many such batches may wait.
+/// Number of cycles that are passed to the writing thread at a time, and number of such batches that may wait.
 const BATCH: usize = 256;
 const QUEUED_BATCHES: usize = 64;
 
-/// Cycles on their way to the writing thread. It gives their memory back: what is new to a program, the kernel has to
-/// find and to clear first.
+/// Cycles on their way to the writing thread. The thread returns the memory for reuse: the kernel would have to find and
+/// clear new memory.
 #[derive(Default)]
 struct Batch {
     records: Vec<CycleRecord>,
@@ -32,18 +32,18 @@ impl Batch {
     }
 }
 
-/// Hands cycles to the writing thread, in batches.
+/// Passes cycles to the writing thread, in batches.
 struct Handover {
     batch: Batch,
     queue: SyncSender<Batch>,
-    /// Batches that were written.
+    /// Written batches, whose memory is reused.
     empty: Receiver<Batch>,
-    /// Time for which the queue was full.
+    /// Total time for which the simulation waited for a full queue.
     waited: Duration,
 }
 
 impl Handover {
-    /// Breaks off if the writing thread has ended.
+    /// Appends a cycle. Breaks if the writing thread has ended.
     fn push(&mut self, record: &CycleRecord, truth: &TruthRecord) -> ControlFlow<()> {
         self.batch.records.push(*record);
         self.batch.truths.push(*truth);
@@ -56,21 +56,21 @@ impl Handover {
         let before = Instant::now();
         let sent = self.queue.send(full);
         self.waited += before.elapsed();
-        // The queue is closed when the disk failed; the thread says why.
+        // The queue is closed if writing failed; the thread returns the error.
         match sent {
             Ok(()) => ControlFlow::Continue(()),
             Err(_) => ControlFlow::Break(()),
         }
     }
 
-    /// Hands over what is left; gives the time that was waited.
+    /// Passes on the remaining cycles. Returns the time spent waiting.
     fn finish(self) -> Duration {
         let _ = self.queue.send(self.batch);
         self.waited
     }
 }
 
-/// Writes batches until nobody hands over more, and gives each back.
+/// Writes batches until the queue is closed, and returns each batch for reuse.
 fn write(pieces: &mut Pieces, batches: Receiver<Batch>, give_back: &Sender<Batch>) -> Result<()> {
     for batch in batches {
         for (record, truth) in batch.records.iter().zip(&batch.truths) {
@@ -84,8 +84,8 @@ fn write(pieces: &mut Pieces, batches: Receiver<Batch>, give_back: &Sender<Batch
     pieces.finish()
 }
 
-/// Runs and records; `on_cycle` sees each cycle and says whether there is to be another. A thread of its own writes the file; the time for which
-/// the simulation waits for it is not the simulation's.
+/// Runs a scenario and records it. `on_cycle` sees each cycle and decides whether the run goes on. A separate thread writes
+/// the file; the time for which the simulation waits for it is not counted as the simulation's.
 ///
 /// # Errors
 /// The scenario cannot be run, or the file cannot be written.

@@ -1,5 +1,4 @@
-//! The experiment that tells two effects apart, tried on the simulated rig before it costs an
-//! afternoon on the real one.
+//! Tries the experiment that distinguishes two effects on the simulated rig, before it costs an afternoon on the real one.
 
 use super::demo::run;
 use super::diagnosis::{self, Part};
@@ -7,11 +6,11 @@ use anyhow::Result;
 use softdock_analysis::diagnose::{Diagnosis, diagnose};
 use softdock_rig::rig::hidden::suggest;
 
-/// Draws the size of the effect and the noise of the rehearsal.
+/// Seed of the effect's size and of the noise.
 const SEED: u64 = 1;
 
-/// 2 Δ log L between two effects of one channel when the simulated rig hides the first, in a usual size, and
-/// carries out the built-in test: slow and fast free motion, contact, both directions.
+/// 2 Δ log L between two effects of one channel. The simulated rig hides `winner` in a usual size and runs the built-in test:
+/// slow and fast free motion, contact, both directions.
 ///
 /// # Errors
 /// An effect that the simulated rig cannot hide.
@@ -26,7 +25,7 @@ pub fn separation(winner: &str, rival: &str, progress: &dyn Fn(f64, &str)) -> Re
     Ok(gain(&report.diagnosis, winner) - gain(&report.diagnosis, rival))
 }
 
-/// Fall of χ² with one effect alone. One that is not reported falls short of all that are.
+/// Fall of χ² with one effect alone. An effect that is not reported gets the smallest fall of all that are.
 fn gain(diagnosis: &Diagnosis, effect: &str) -> f64 {
     let own = diagnosis.ranked.iter().find(|r| r.effects == [effect]);
     let least = diagnosis.ranked.iter().map(|r| r.gain_train);

@@ -1,7 +1,7 @@
 //! The paper's experiment: the spring-rod test with and without the paper's compensation.
 //!
-//! Figures 4 to 9 of the paper come from its own rig and simulation; these are ours, from the
-//! simulated rig with the firmware in the loop.
+//! Figures 4 to 9 of the paper come from its own rig and simulation; the ones here come from the simulated rig with the
+//! firmware in the loop.
 
 use super::impacts::{self, Impact};
 use super::run::record;
@@ -14,7 +14,7 @@ use softdock_io::recording::Recording;
 
 /// Speeds of the table, mm/s.
 pub const SPEEDS_MM_S: [f64; 8] = [1.0, 2.0, 3.0, 5.0, 8.0, 10.0, 12.0, 15.0];
-/// Further instants within a cycle at which the touch falls.
+/// Further instants of the touch within a cycle.
 const TOUCH_INSTANTS: [f64; 3] = [0.0, 0.25, 0.5];
 /// Speed of the repeated bounces, m/s.
 const BOUNCE_SPEED_M_S: f64 = 0.005;
@@ -26,30 +26,30 @@ const BOUNCE_S: f64 = 12.0;
 pub struct Row {
     /// Delay law.
     pub law: LawName,
-    /// Closing speed asked for, mm/s.
+    /// Nominal closing speed, mm/s.
     pub speed_mm_s: f64,
     /// The impact at one instant of the touch within a cycle.
     #[serde(flatten)]
     pub impact: Impact,
-    /// Smallest restitution over the instants within a cycle at which the touch may fall.
+    /// Smallest restitution over all instants of the touch within a cycle.
     pub restitution_low: f64,
-    /// Largest restitution likewise.
+    /// Largest restitution over these instants.
     pub restitution_high: f64,
-    /// What of the compensation is left half a second after the contact: command less model
-    /// velocity, over the speed asked for.
+    /// Remaining offset of the compensation half a second after the contact: command less model velocity, divided by the
+    /// nominal speed.
     pub offset_after: f64,
 }
 
 /// Repeated bounces between two stops.
 #[derive(Clone, Debug, Serialize)]
 pub struct Bounces {
-    /// What was run.
+    /// Name of the variant.
     pub name: String,
     /// All impacts up to the end or to the fault.
     pub impacts: Vec<Impact>,
     /// The fault that ended the run.
     pub fault: Option<String>,
-    /// The run.
+    /// Recording of the run.
     #[serde(skip)]
     pub recording: Recording,
 }
@@ -57,16 +57,16 @@ pub struct Bounces {
 /// A run at one speed with one law.
 #[derive(Clone, Debug)]
 pub struct Flight {
-    /// Its line of the table.
+    /// Row of the table.
     pub row: Row,
     /// Every cycle.
     pub recording: Recording,
 }
 
-/// Everything that the page shows.
+/// Content of the page.
 #[derive(Clone, Debug)]
 pub struct Reproduction {
-    /// All speeds without, then all speeds with the paper's law.
+    /// All speeds without, then all speeds with the law of the paper.
     pub flights: Vec<Flight>,
     /// Without the law, with the literal law, and with its sums gated and reset.
     pub bounces: Vec<Bounces>,
@@ -78,7 +78,7 @@ const BOUNCES: [&str; 3] = [
     "seed law, literal",
     "seed law, gated and reset",
 ];
-/// How often [`reproduce`] says that something is done.
+/// Number of times that [`reproduce`] calls `done`.
 pub const DONE: u64 = (2 * SPEEDS_MM_S.len() + BOUNCES.len()) as u64;
 
 /// Runs everything, in parallel; `done` is called [`DONE`] times.
@@ -116,7 +116,7 @@ fn flight(law: LawName, speed_mm_s: f64) -> Result<Flight> {
     Ok(Flight { row, recording })
 }
 
-/// One flight onto the stop.
+/// One flight onto the stop. Returns its impact and the recording.
 fn touch(law: LawName, speed_mm_s: f64, touch_instant: f64) -> Result<(Impact, Recording)> {
     let scenario = one_stop(law, speed_mm_s * 1e-3, touch_instant)?;
     let (recording, _) = record(&scenario)?;
@@ -127,7 +127,7 @@ fn touch(law: LawName, speed_mm_s: f64, touch_instant: f64) -> Result<(Impact, R
     ))
 }
 
-/// Command less model velocity at the end of a run, over the speed.
+/// Command less model velocity at the end of a run, divided by the speed.
 fn offset_after(recording: &Recording, speed_m_s: f64) -> f64 {
     recording.cycles.last().map_or(f64::NAN, |cycle| {
         (cycle.trace.law_velocity[0] - cycle.trace.model_velocity[0]) / speed_m_s

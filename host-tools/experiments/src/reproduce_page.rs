@@ -75,7 +75,7 @@ pub fn bounce_table(reproduction: &Reproduction) -> Table {
     table
 }
 
-/// What the numbers say, in a sentence.
+/// The result in a sentence.
 pub fn headline(reproduction: &Reproduction) -> String {
     let restitutions = |law| {
         reproduction
@@ -168,7 +168,7 @@ fn curve(recording: &Recording, value: impl Fn(&CycleRecord) -> f64) -> Vec<(f64
         .collect()
 }
 
-/// Leaves of a plot what lies around the contacts that it shades.
+/// Keeps of a plot only the time around the shaded contacts.
 fn around_contact(mut plot: Plot) -> Plot {
     let from = plot
         .shaded
@@ -184,7 +184,7 @@ fn around_contact(mut plot: Plot) -> Plot {
     plot
 }
 
-/// Where the rig is in contact.
+/// Time spans of contact.
 fn contacts(recording: &Recording) -> Vec<Band> {
     let mut bands: Vec<Band> = Vec::new();
     for (cycle, truth) in recording.cycles.iter().zip(&recording.truth) {

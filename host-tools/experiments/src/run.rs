@@ -13,39 +13,39 @@ use softdock_rig::rig::Rig;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-/// What a run says when it is over.
+/// Statistics of a run.
 #[derive(Clone, Debug)]
 pub struct RunStatistics {
     /// Cycles that were run.
     pub cycles: u64,
-    /// Time that the rig would have taken, s.
+    /// Simulated time, s.
     pub simulated_s: f64,
-    /// Time that it took.
+    /// Wall-clock time of the run.
     pub elapsed: Duration,
-    /// Time of the processor that all threads of the program took.
+    /// Processor time of all threads of the program.
     pub processor: Duration,
-    /// When the mechanism's latches caught the spacecraft, s.
+    /// Time at which the mechanism's latches caught the spacecraft, s; None if they did not.
     pub captured_s: Option<f64>,
-    /// What the robot worked on the mechanism, and where the energy is.
+    /// Work of the robot on the mechanism, and the balance of energy.
     pub energy: EnergyBook,
     /// The largest loads of each docking mechanism.
     pub loads: Vec<Loads>,
 }
 
 impl RunStatistics {
-    /// Simulated over real time.
+    /// Simulated time divided by wall-clock time.
     pub fn real_time_factor(&self) -> f64 {
         self.simulated_s / self.elapsed.as_secs_f64().max(1e-9)
     }
 
-    /// Cycles in a second of one processor: the same on a machine that is busy with other work.
+    /// Cycles per second of processor time: independent of other load on the machine.
     pub fn cycles_per_processor_second(&self) -> f64 {
         self.cycles as f64 / self.processor.as_secs_f64().max(1e-9)
     }
 }
 
-/// What a recording of this scenario says about itself; the settings are those that the board
-/// really runs with, as a board reports them.
+/// Header of a recording of this scenario. Its settings are those that the board really runs with, as a real board reports
+/// them.
 pub fn header(scenario: &Scenario) -> Result<Header> {
     Ok(Header {
         identity: identity::text(),
@@ -69,7 +69,7 @@ pub fn run(
         calibration: scenario.rig.sensor.calibration(),
         duration_s: scenario.duration_s,
         commands: if scenario.hold {
-            // The first telegram is a new run, which drops commands that wait.
+            // The first telegram begins a new run, which drops waiting commands.
             vec![(1, Command::Hold)]
         } else {
             Vec::new()

@@ -14,7 +14,7 @@ use std::path::Path;
 /// The scenario of the paper's spring-rod test, as the `run` command takes it.
 pub const SPRING_ROD: &str = include_str!("../../scenarios/spring-rod.toml");
 
-/// What a scenario file holds.
+/// Content of a scenario file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Scenario {
@@ -28,7 +28,7 @@ pub struct Scenario {
     pub start_position_m: [f64; 3],
     /// Orientation of M in C at the start: A, B, C, rad.
     pub start_abc_rad: [f64; 3],
-    /// The board stays in hold and moves nothing: a recording of a pose at rest.
+    /// Whether the board stays in hold and moves nothing: a recording of a pose at rest.
     pub hold: bool,
     /// The board's settings; the same text as in a settings file.
     pub board: BoardSettings,
@@ -81,10 +81,10 @@ impl Scenario {
         Ok(())
     }
 
-    /// The board as it really runs: hidden errors of the spacecraft are errors of its settings.
+    /// The board as it really runs: hidden errors of the spacecraft are applied to its settings.
     ///
     /// # Errors
-    /// The hidden errors leave no spacecraft that the board accepts.
+    /// With the hidden errors the settings of the spacecraft are not valid.
     pub fn actual_board(&self) -> Result<BoardSettings> {
         let mut board = self.board.clone();
         spacecraft::apply(&self.rig.hidden, &mut board.control)?;
@@ -94,13 +94,13 @@ impl Scenario {
         Ok(board)
     }
 
-    /// Chooses the delay law.
+    /// The scenario with this delay law.
     pub fn with_law(mut self, law: LawName) -> Self {
         self.board.control.delay.law = law;
         self
     }
 
-    /// Gives K another initial speed, in the direction that the scenario has.
+    /// The scenario with another initial speed of K, in the same direction.
     pub fn with_speed(mut self, speed_m_s: f64) -> Result<Self> {
         let body = &mut self.board.control.body_k;
         let velocity = Vector3::from(body.velocity_m_s);
@@ -119,7 +119,7 @@ impl Scenario {
         [x, y, z, a, b, c]
     }
 
-    /// Cycles of a run.
+    /// Number of cycles of a run.
     pub fn cycles(&self) -> usize {
         (self.duration_s / self.board.control.robot.cycle_s).ceil() as usize
     }

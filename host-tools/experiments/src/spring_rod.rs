@@ -4,19 +4,17 @@ use super::scenario::Scenario;
 use anyhow::{Context, Result};
 use softdock_control::delay::LawName;
 
-/// Time of free flight before the first touch, in cycles: enough for the start ramp and a steady
-/// view. The ramp's loss and the robot's delay are whole cycles too, so that the touch falls at a
-/// telegram unless it is moved.
+/// Time of free flight before the first touch, in cycles: enough for the start ramp and a steady view. What the ramp costs
+/// and the robot's delay are whole cycles too, so that the touch coincides with a telegram unless it is moved.
 const FLIGHT_CYCLES: f64 = 150.0;
-/// Where in a cycle the touch falls unless asked for otherwise. It moves the restitution of the
-/// paper's law by several percent; here the numbers are those of the simulation that the law's
-/// unprinted settings were found with.
+/// Default instant of the touch within a cycle. It changes the restitution of the paper's law by several percent; with this
+/// one the numbers are those of the simulation with which the law's unprinted settings were found.
 pub const TOUCH: f64 = 0.75;
 /// Time recorded after a single touch, s: four times the contact itself.
 const AFTER_S: f64 = 0.8;
 
-/// One touch of one stop at a speed (m/s), at the same time of the run whatever the speed; `touch`
-/// (0 to 1) is its place within a cycle.
+/// One touch of one stop at a speed (m/s), at the same time of the run for all speeds; `touch` (0 to 1) is its instant within
+/// a cycle.
 pub fn one_stop(law: LawName, speed_m_s: f64, touch: f64) -> Result<Scenario> {
     let mut scenario = Scenario::spring_rod()?
         .with_law(law)

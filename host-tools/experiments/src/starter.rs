@@ -8,7 +8,7 @@ use toml_edit::DocumentMut;
 
 use super::scenario::Scenario;
 
-/// What a board on this computer needs beyond the scenario's settings.
+/// Settings that a board on this computer needs in addition to those of the scenario.
 const CONNECTIONS: &str = "
 [can]                            # a desktop takes longer for a reading than a bus, and is no lost sensor
 sample_wait_s = 0.002
@@ -21,13 +21,13 @@ robot_ip = \"any\"                 # better its address; any: the first sender o
 recorder = \"127.0.0.1:49200\"     # who gets each cycle: softdock record --listen 127.0.0.1:49200 -o run.mcap
 ";
 
-/// A file and its text.
+/// Name and text of a file.
 pub type File = (&'static str, String);
 
 /// The files, in the order in which they are needed.
 ///
 /// # Errors
-/// None, as long as the built-in scenario is one.
+/// None: the built-in scenario is valid.
 pub fn files() -> Result<[File; 4]> {
     let named = |text: &str| {
         let text = text.replace("host-tools/scenarios/diagnosis.model.toml", "model.toml");
@@ -62,7 +62,7 @@ fn board() -> Result<String> {
     Ok(text)
 }
 
-/// What is known of the scenario's rig before a contact.
+/// The rig of the scenario as far as it is known before a contact.
 fn rig() -> Result<String> {
     let scenario: Scenario = input::parse(SCENARIO, "built-in scenario")?;
     let actuator = &scenario.rig.robot.actuator;

@@ -1,7 +1,7 @@
 //! A benchmark as the base of a campaign: its rows in shards, on one machine or on many.
 //!
-//! A row is one law on one case at one speed, or the diagnosis of one pair of logs in which an effect is
-//! hidden. Each draw has a seed of its own, so that `samples` makes the benchmark as large as one likes.
+//! A row is one law on one case at one speed, or the diagnosis of one pair of logs in which an effect is hidden. Each draw
+//! has another seed, so that `samples` sets the size of the benchmark.
 
 use super::distribution::Distribution;
 use super::outcome::{Outcome, Status};
@@ -15,7 +15,7 @@ use softdock_control::delay::LawName;
 use softdock_hidden_effects::suite;
 use softdock_io::shell::quoted;
 
-/// Which benchmark.
+/// The benchmark of a campaign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Bench {
@@ -26,10 +26,10 @@ pub enum Bench {
 }
 
 impl Bench {
-    /// What varies: names of columns with the values of each; all cases and laws where none are chosen.
+    /// The factors: names of columns, each with its values. Without chosen cases or laws, all are taken.
     ///
     /// # Errors
-    /// One of the cases is none that there is.
+    /// A case does not exist.
     pub fn factors(
         self,
         chosen_cases: &[String],
@@ -85,7 +85,7 @@ impl Bench {
         }
     }
 
-    /// The outcome by which rows are the worst.
+    /// Name of the outcome that ranks the worst rows.
     pub fn worst(self) -> &'static str {
         match self {
             Self::Delay => "energy_error",
@@ -93,7 +93,7 @@ impl Bench {
         }
     }
 
-    /// The outcomes that it has.
+    /// Names of the outcomes of this benchmark.
     pub fn outcomes(self) -> &'static [&'static str] {
         match self {
             Self::Delay => &[
@@ -107,7 +107,7 @@ impl Bench {
         }
     }
 
-    /// Carries a row out; `values` are those of [`factors`](Self::factors).
+    /// Computes a row; `values` are those of [`factors`](Self::factors).
     pub fn execute(self, seed: u64, values: &[Value]) -> Outcome {
         let words: Vec<&str> = values.iter().filter_map(Value::as_str).collect();
         let ran = match (self, words.as_slice()) {
@@ -140,7 +140,7 @@ impl Bench {
     }
 }
 
-/// A case with its robot at a speed, as a word.
+/// One word for a case, its robot and a speed.
 fn word(case: &Case, speed_mm_s: f64) -> String {
     format!("{}, {}, at {speed_mm_s} mm/s", case.name, case.robot.name)
 }
@@ -200,7 +200,7 @@ mod tests {
         [case.to_owned()]
     }
 
-    /// A row is that of the benchmark with its seed.
+    /// A row of the campaign is the benchmark's row with the same seed.
     #[test]
     fn a_row_is_the_benchmarks_own() {
         let factors = Bench::Delay.factors(&only("headline"), &[LawName::Lead]);

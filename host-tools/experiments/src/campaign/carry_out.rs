@@ -1,4 +1,4 @@
-//! Carries out the rows of a shard, in parallel, into one part file.
+//! Computes the rows of a shard, in parallel, into one part file.
 
 use super::columns::{BINARY, PLAN};
 use super::journal::{self, Journal};
@@ -17,14 +17,14 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-/// What a call has done.
+/// Result of a call.
 #[derive(Clone, Copy, Debug)]
 pub struct Done {
-    /// Rows of the shard.
+    /// Number of rows of the shard.
     pub rows: u64,
-    /// Those of them that this call carried out.
+    /// Number of rows that this call computed.
     pub carried_out: u64,
-    /// Rows that are not completed.
+    /// Number of rows that are not completed.
     pub failed: u64,
     /// Simulated cycles of this call.
     pub cycles: u64,
@@ -32,11 +32,11 @@ pub struct Done {
     pub processor_s: f64,
 }
 
-/// Carries out what is missing of a shard and writes its part. `done` is called after each row; a raised
-/// `stop` ends it after the rows that are under way.
+/// Computes the missing rows of a shard and writes its part. `done` is called after each row. When `stop` is raised, only the
+/// rows under way are finished.
 ///
 /// # Errors
-/// It was stopped, or nothing can be written; what was done is kept.
+/// It was stopped, or a file cannot be written; the computed rows are kept.
 pub fn run(
     plan: &Plan,
     place: &Place,
@@ -79,7 +79,7 @@ pub fn run(
     })
 }
 
-/// The shard was done before.
+/// The result for a shard that was complete before.
 fn finished(part: &DataTable, rows: u64) -> Result<Done> {
     Ok(Done {
         rows,
@@ -90,7 +90,7 @@ fn finished(part: &DataTable, rows: u64) -> Result<Done> {
     })
 }
 
-/// Removes the journals of all whose rows stand in parts. A campaign that was divided anew leaves some of other divisions.
+/// Removes each journal whose rows are all in parts. After a new division these may be journals of other divisions.
 fn remove_journals(plan: &Plan, place: &Place) -> Result<()> {
     let names = place.names()?;
     let parts: BTreeSet<Shard> = names.iter().filter_map(|n| Shard::of_part(n)).collect();
@@ -139,7 +139,7 @@ fn carry_out(
 /// The part of a shard, if there is one.
 ///
 /// # Errors
-/// It is no whole table, or of another plan or program.
+/// The file is damaged, or of another plan or program.
 pub(super) fn read_part(plan: &Plan, place: &Place, shard: Shard) -> Result<Option<DataTable>> {
     let file = shard.part();
     let Some(bytes) = place.read(&file)? else {
@@ -160,7 +160,7 @@ pub(super) fn read_part(plan: &Plan, place: &Place, shard: Shard) -> Result<Opti
     Ok(Some(part))
 }
 
-/// The files of a campaign's own on this machine's disk: plan, parts and journals, which no other output may replace.
+/// Files of a campaign on this machine's disk: plan, parts and journals, which no other output may replace.
 ///
 /// # Errors
 /// Its folder cannot be read.
@@ -175,7 +175,7 @@ pub fn own_files(place: &Place) -> Result<Vec<PathBuf>> {
     Ok(names.map(|name| folder.join(name)).collect())
 }
 
-/// Rows of a part that are not completed.
+/// Number of rows of a part that are not completed.
 pub fn failed(part: &DataTable) -> Result<u64> {
     match part.values("status")? {
         Values::Text(words) => {

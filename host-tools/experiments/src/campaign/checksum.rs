@@ -1,10 +1,10 @@
-//! A checksum by which plans, factors and parts are told apart.
+//! Checksum that identifies plans, factors and parts.
 
 use crc::{CRC_64_XZ, Crc, Table};
 
-/// A checksum over texts.
+/// Checksum of several texts and their lengths.
 pub(super) fn checksum(texts: &[&[u8]]) -> u64 {
-    // Sixteen bytes at a time: the program has a hundred million.
+    // A table for sixteen bytes at a time, as the program file has a hundred million.
     const CRC: Crc<u64, Table<16>> = Crc::<u64, Table<16>>::new(&CRC_64_XZ);
     let mut digest = CRC.digest();
     for text in texts {

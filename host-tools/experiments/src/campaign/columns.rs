@@ -4,11 +4,11 @@ use super::outcome::NUMBERS;
 
 /// Name of the column with the index.
 pub const INDEX: &str = "index";
-/// Name of the column that says whether a run kept its limits.
+/// Name of the column that says whether a run is a success.
 pub const SUCCESS: &str = "success";
-/// Metadata: hash of the plan, and the program.
+/// Metadata key of the plan's hash.
 pub const PLAN: &str = "softdock.plan";
-/// See [`PLAN`].
+/// Metadata key of the program.
 pub const BINARY: &str = "softdock.binary";
 
 /// Columns beside factors and numeric outcomes.
@@ -28,7 +28,7 @@ const OTHERS: [&str; 13] = [
     "right",
 ];
 
-/// Names that no factor can have.
+/// Column names that no factor may have.
 pub(super) fn own_columns() -> impl Iterator<Item = &'static str> {
     OTHERS
         .into_iter()

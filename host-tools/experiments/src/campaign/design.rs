@@ -1,51 +1,51 @@
-//! Where in the unit cube the draws of a campaign lie.
+//! Positions of a campaign's draws in the unit cube.
 //!
-//! Every coordinate is a pure function of the campaign's seed, the number of the draw and the
-//! factor's name: a factor that is added leaves the draws of the others where they were (but for
-//! `sobol` and `saltelli`, whose axes are in the order of the file).
+//! Every coordinate is a pure function of the campaign's seed, the number of the draw and the factor's name. An added factor
+//! therefore leaves the draws of the others unchanged (except with `sobol` and `saltelli`, whose axes are in the order of the
+//! file).
 
 use anyhow::{Result, ensure};
 use serde::{Deserialize, Serialize};
 use softdock_statistics::RandomStream;
 
-/// Longest sequence and most axes of the Sobol' points.
+/// Largest number of points and of axes for which the Sobol' sequence is known.
 const SOBOL: (u64, usize) = (1 << 16, 256);
-/// The stream of random numbers that shuffles; no draw has this number.
+/// Number of the random stream that shuffles; no draw has this number.
 const SHUFFLE: u64 = u64::MAX;
 
-/// How the draws fill the space.
+/// Design of the draws.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
-    /// Each draw by itself.
+    /// Independent draws.
     #[default]
     Random,
-    /// As many slices of each axis as draws, each with one draw.
+    /// Each axis is divided into as many slices as there are draws, and each slice has one draw.
     LatinHypercube,
     /// Owen-scrambled Sobol' points.
     Sobol,
-    /// Pairs of Sobol' points that exchange one axis at a time, for Sobol' indices (Saltelli 2010):
-    /// so many runs for each sample as there are axes, and two.
+    /// Pairs of Sobol' points that exchange one axis at a time, for Sobol' indices (Saltelli 2010): each sample takes as many
+    /// runs as there are axes, plus two.
     Saltelli,
 }
 
-/// The draws of a campaign.
+/// The draws of a campaign as points in the unit cube.
 #[derive(Clone, Debug)]
 pub struct Design {
     kind: Kind,
     seed: u64,
-    /// Names of the axes, as places in the random streams.
+    /// Position in the random stream for each axis, from its name.
     places: Vec<u64>,
     samples: u64,
-    /// Slice of each draw, for each axis of a Latin hypercube.
+    /// Latin hypercube: for each axis, the slice of each draw.
     slices: Vec<Vec<u64>>,
 }
 
 impl Design {
-    /// The draws of these axes.
+    /// A design with these axes.
     ///
     /// # Errors
-    /// More draws or axes than the sequence has.
+    /// There are more draws or axes than the Sobol' sequence has.
     pub fn new(kind: Kind, seed: u64, axes: &[String], samples: u64) -> Result<Self> {
         let places: Vec<u64> = axes.iter().map(|name| place(name)).collect();
         let used = match kind {
@@ -72,12 +72,12 @@ impl Design {
         })
     }
 
-    /// How many points there are.
+    /// Number of points.
     pub fn points(&self) -> u64 {
         self.samples * self.runs_per_sample()
     }
 
-    /// Points that belong to one sample.
+    /// Number of points that belong to one sample.
     pub fn runs_per_sample(&self) -> u64 {
         match self.kind {
             Kind::Saltelli => self.places.len() as u64 + 2,
@@ -109,18 +109,18 @@ impl Design {
     }
 
     fn sobol(&self, point: u64, axis: usize) -> f64 {
-        // The seed of the crate shuffles and scrambles anew.
+        // The seed selects the shuffling and scrambling of the sequence.
         let seed = (self.seed ^ (self.seed >> 32)) as u32;
         f64::from(sobol_burley::sample(point as u32, axis as u32, seed)).max(f64::EPSILON)
     }
 }
 
-/// Place of a name in a stream of random numbers.
+/// Position in a random stream, from a name.
 pub(super) fn place(name: &str) -> u64 {
     super::checksum::checksum(&[name.as_bytes()])
 }
 
-/// Below 1, where no distribution ends at infinity.
+/// Keeps a coordinate below 1, where quantiles of some distributions are infinite.
 fn inside(u: f64) -> f64 {
     u.min(1.0 - f64::EPSILON)
 }
@@ -178,7 +178,7 @@ mod tests {
 
     #[test]
     fn sobol_points_fill_every_box_evenly() {
-        // A (0, m, 2)-net: each elementary box of area 1/64 has one of 64 points.
+        // A (0, 6, 2)-net: each elementary box of area 1/64 has one of 64 points.
         let design = design(Kind::Sobol, &["a", "b"], 64);
         let (a, b) = (along(&design, 0), along(&design, 1));
         for across in [1, 2, 4, 8, 16, 32, 64_u64] {

@@ -1,4 +1,4 @@
-//! How a factor varies: from a number between 0 and 1 to a value, or a list of values.
+//! Distribution of a factor: maps a number between 0 and 1 to a value, or lists values.
 
 use anyhow::{Result, ensure};
 use nalgebra::ComplexField;
@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use statrs::distribution::{ContinuousCDF, Normal as Standard};
 
-/// Most values of a grid, which all are in memory.
+/// Most values of a grid: all are held in memory.
 const MOST_POINTS: u32 = 1_000_000;
 
-/// Values of a list that are said one by one.
+/// Up to so many values of a list are printed one by one.
 const MOST_SAID: usize = 12;
 
 /// A normal distribution.
@@ -20,10 +20,10 @@ pub struct Normal {
     pub mean: f64,
     /// Standard deviation.
     pub sigma: f64,
-    /// Nothing below.
+    /// Lower bound.
     #[serde(default)]
     pub low: Option<f64>,
-    /// Nothing above.
+    /// Upper bound.
     #[serde(default)]
     pub high: Option<f64>,
 }
@@ -49,14 +49,14 @@ pub enum Distribution {
     LogUniform([f64; 2]),
     /// Normal, cut off at its bounds.
     Normal(Normal),
-    /// Each of these.
+    /// Each of these values.
     List(Vec<Value>),
     /// Each of these numbers.
     Grid(Grid),
 }
 
 impl Distribution {
-    /// Its numbers make sense.
+    /// An error unless the numbers make a valid distribution.
     pub(super) fn check(&self) -> Result<()> {
         match self {
             Self::Uniform([low, high]) => {
@@ -79,7 +79,7 @@ impl Distribution {
                     !values.is_empty(),
                     "the list is empty; expected one value or more"
                 );
-                // What the file calls nan or inf.
+                // TOML's nan and inf become `null`.
                 ensure!(
                     !values.contains(&Value::Null),
                     "{}: expected finite numbers; `null` stands for one that is nan or inf",
@@ -98,7 +98,7 @@ impl Distribution {
         Ok(())
     }
 
-    /// Numbers of it are finite.
+    /// An error unless all numbers are finite.
     fn finite(&self, numbers: &[f64]) -> Result<()> {
         let wrong = numbers.iter().find(|number| !number.is_finite());
         ensure!(
@@ -110,7 +110,7 @@ impl Distribution {
         Ok(())
     }
 
-    /// Something lies between the bounds of a normal distribution.
+    /// An error if the bounds of a normal distribution leave nothing between them.
     fn check_normal(&self, normal: &Normal) -> Result<()> {
         let bounds = normal.low.into_iter().chain(normal.high);
         let numbers: Vec<f64> = bounds.chain([normal.mean, normal.sigma]).collect();
@@ -129,7 +129,8 @@ impl Distribution {
         Ok(())
     }
 
-    /// The values that meet each other's; none for what is drawn.
+    /// The values of a list or grid, which are combined with those of other factors; None for a distribution that is drawn
+    /// from.
     pub fn levels(&self) -> Option<Vec<Value>> {
         match self {
             Self::List(values) => Some(values.clone()),
@@ -142,7 +143,7 @@ impl Distribution {
         }
     }
 
-    /// The value below which the share `u` of all draws lies.
+    /// The value below which the share `u` of all draws lies; NaN for a list or grid.
     pub fn quantile(&self, u: f64) -> f64 {
         match self {
             Self::Uniform([low, high]) => low + (high - low) * u,
@@ -155,12 +156,12 @@ impl Distribution {
                 let z = standard().inverse_cdf(from + (to - from) * u);
                 normal.mean + normal.sigma * z
             }
-            // They are not drawn.
+            // Lists and grids are not drawn from.
             Self::List(_) | Self::Grid(_) => f64::NAN,
         }
     }
 
-    /// In words.
+    /// Description of the distribution.
     pub fn text(&self) -> String {
         match self {
             Self::Uniform([low, high]) => format!("uniform {low} to {high}"),
@@ -190,7 +191,7 @@ impl Distribution {
     }
 }
 
-/// Shares of a normal distribution below its bounds.
+/// Cumulative probabilities of a normal distribution at its bounds.
 fn shares(normal: &Normal) -> [f64; 2] {
     let share = |bound: f64| standard().cdf((bound - normal.mean) / normal.sigma);
     [

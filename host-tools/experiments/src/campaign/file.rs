@@ -17,10 +17,10 @@ pub struct CampaignFile {
     /// What is tested, for reports.
     #[serde(default)]
     pub title: String,
-    /// The scenario that varies (TOML), from this file's folder.
+    /// Path of the scenario that varies (TOML), relative to this file's folder.
     #[serde(default)]
     pub scenario: Option<String>,
-    /// A benchmark in its place.
+    /// A benchmark, in place of a scenario.
     #[serde(default)]
     pub bench: Option<Bench>,
     /// Cases of the benchmark, or sweeps of cases; all if there are none.
@@ -29,25 +29,25 @@ pub struct CampaignFile {
     /// Laws of `bench = "delay"`; all if there are none.
     #[serde(default)]
     pub laws: Vec<LawName>,
-    /// Draws of the factors that are drawn; each meets every combination of listed and grid values.
+    /// Number of draws of the factors that are drawn; each is combined with every combination of listed and grid values.
     #[serde(default = "one")]
     pub samples: u64,
     /// Seed of all draws, and of the noise of every run.
     #[serde(default = "one")]
     pub seed: u64,
-    /// How the draws fill the space.
+    /// Design of the draws.
     #[serde(default)]
     pub design: Kind,
-    /// What varies of a scenario.
+    /// The settings of the scenario that vary.
     #[serde(default)]
     pub factors: Vec<Factor>,
-    /// What a run must keep to be a success; without any, it must end without a fault.
+    /// Limits that a run has to keep to be a success; in any case it must end without a fault.
     #[serde(default)]
     pub limits: Vec<Limit>,
-    /// Outcomes that the report shows; all if none is named.
+    /// Names of the outcomes in the report; empty for all.
     #[serde(default)]
     pub outcomes: Vec<String>,
-    /// Outcome whose largest magnitudes are the worst rows; that of the first limit if none is named.
+    /// Name of the outcome whose largest magnitudes are the worst rows; by default that of the first limit.
     #[serde(default)]
     pub worst: Option<String>,
 }
@@ -56,74 +56,74 @@ fn one() -> u64 {
     1
 }
 
-/// A quantity that varies, and how.
+/// A quantity that varies, and its distribution.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Factor {
     /// The setting, by its dotted name in the scenario: `rig.mechanism.walls[0].stiffness_n_per_m`.
     #[serde(default)]
     pub setting: Option<String>,
-    /// Several settings that get the same value.
+    /// Several settings that all get the value.
     #[serde(default)]
     pub settings: Vec<String>,
-    /// Name of its column; the last part of the setting's name if there is none.
+    /// Name of the column; by default the last part of the setting's name.
     #[serde(default)]
     pub name: Option<String>,
-    /// Evenly between two numbers.
+    /// Uniform between two numbers.
     #[serde(default)]
     pub uniform: Option<[f64; 2]>,
-    /// Evenly in the logarithm.
+    /// Log-uniform between two numbers.
     #[serde(default)]
     pub log_uniform: Option<[f64; 2]>,
     /// Normal, within bounds if there are any.
     #[serde(default)]
     pub normal: Option<Normal>,
-    /// Each of these values, with each combination of the other lists and grids.
+    /// Each of these values, combined with every combination of the other lists and grids.
     #[serde(default)]
     pub list: Option<Vec<serde_json::Value>>,
-    /// Likewise, so many values from one number to another.
+    /// As `list`, with equidistant values.
     #[serde(default)]
     pub grid: Option<Grid>,
 }
 
-/// What an outcome has to keep.
+/// Limits of an outcome.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limit {
     /// Name of the outcome.
     pub outcome: String,
-    /// Not below.
+    /// Smallest allowed value.
     #[serde(default)]
     pub low: Option<f64>,
-    /// Not above.
+    /// Largest allowed value.
     #[serde(default)]
     pub high: Option<f64>,
-    /// Where the number comes from, in words.
+    /// Source of the limit, in words.
     #[serde(default)]
     pub source: Option<String>,
-    /// Whether somebody has read it there; a report marks it if not.
+    /// Whether somebody has read the source; if not, the report marks it.
     #[serde(default)]
     pub source_read: bool,
 }
 
 impl Factor {
-    /// All settings that get its value.
+    /// All settings that get the factor's value.
     pub fn targets(&self) -> Vec<&str> {
         let all = self.setting.iter().chain(&self.settings);
         all.map(String::as_str).collect()
     }
 
-    /// Name of its column.
+    /// Name of the factor's column.
     pub fn column(&self) -> String {
         let last = |setting: &&str| setting.rsplit('.').next().unwrap_or(setting).to_owned();
         let own = || self.targets().first().map(last);
         self.name.clone().or_else(own).unwrap_or_default()
     }
 
-    /// How it varies.
+    /// Distribution of the factor.
     ///
     /// # Errors
-    /// Not exactly one way is given, or its numbers make no distribution.
+    /// Not exactly one distribution is given, or its numbers are invalid.
     pub fn distribution(&self) -> Result<Distribution> {
         let ways = [
             self.uniform.map(Distribution::Uniform),
@@ -172,14 +172,14 @@ impl Limit {
         Ok(())
     }
 
-    /// Whether a value keeps it.
+    /// Whether a value is within the limits.
     pub fn holds(&self, value: f64) -> bool {
         let low = self.low.unwrap_or(f64::NEG_INFINITY);
         let high = self.high.unwrap_or(f64::INFINITY);
         (low..=high).contains(&value)
     }
 
-    /// How far a value is beyond it; less than 0 within.
+    /// Distance of a value from the nearest bound; positive outside, negative within.
     pub fn beyond(&self, value: f64) -> f64 {
         let below = self.low.map(|low| low - value);
         let above = self.high.map(|high| value - high);
@@ -187,7 +187,7 @@ impl Limit {
         sides.fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Its bounds in words, without the unit.
+    /// The bounds in words, without the unit.
     pub fn bounds(&self) -> String {
         match (self.low, self.high) {
             (Some(low), Some(high)) => format!("{low} to {high}"),
@@ -199,7 +199,7 @@ impl Limit {
 }
 
 impl CampaignFile {
-    /// Checks what can be seen without the scenario.
+    /// Checks everything that can be checked without the scenario.
     ///
     /// # Errors
     /// The first thing that is wrong.

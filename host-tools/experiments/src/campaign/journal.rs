@@ -1,7 +1,6 @@
-//! The journal of a shard: every row as soon as it is done, so that a shard that was stopped, by
-//! whatever, goes on where it was.
+//! The journal of a shard: it holds every row as soon as it is computed, so that an interrupted shard continues where it was.
 //!
-//! A text file of one row per line. Each process writes one of its own; a line that was cut off is no row.
+//! A journal is a text file with one row per line. Each process writes its own. A line that was cut off is ignored.
 
 use super::outcome::Outcome;
 use super::place;
@@ -21,7 +20,7 @@ pub(super) const ENDING: &str = ".journal";
 /// Index and outcome of a row.
 pub type Row = (u64, Outcome);
 
-/// The journal that this process writes.
+/// The journal of this process.
 #[derive(Debug)]
 pub struct Journal {
     file: File,
@@ -29,7 +28,7 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Starts a journal, with what the plan and the program are.
+    /// Starts a journal with a head that identifies plan and program.
     ///
     /// # Errors
     /// The folder cannot be written to.
@@ -37,7 +36,7 @@ impl Journal {
         std::fs::create_dir_all(folder)
             .with_context(|| format!("cannot make the folder {}", folder.display()))?;
         let process = std::process::id();
-        // Two machines may have the same process number.
+        // The journal of another machine may have the same process number.
         let again = (0_u32..).map(|n| {
             let Shard { number, of } = shard;
             let name = format!("{PREFIX}{number}-of-{of}-{process}-{n}{ENDING}");
@@ -64,19 +63,19 @@ impl Journal {
             .from_writer(Vec::new());
         line.serialize((index, outcome))?;
         let line = line.into_inner().map_err(|error| error.into_error())?;
-        // In one piece, so that an end at any moment cuts off this line at most.
+        // One write for the whole line, so that an interruption cuts off this line at most.
         let written = self.file.write_all(&line);
         written.with_context(|| format!("cannot write {}", self.path.display()))
     }
 }
 
-/// All rows of a shard in journals of this plan and program, however the rows were divided when they were done.
+/// All rows of a shard in journals of this plan and program, also in those of shards of another division.
 ///
 /// # Errors
 /// The folder cannot be read.
 pub fn read(plan: &Plan, folder: &Path, shard: Shard) -> Result<BTreeMap<u64, Outcome>> {
     let journals = journals(folder)?.into_iter();
-    // Of its own division no other shard has rows of it.
+    // Other shards of the same division have no row of this one.
     let some = journals.filter(|(other, _)| *other == shard || other.of != shard.of);
     let rows = some.filter_map(|(_, path)| rows(plan, &path)).flatten();
     Ok(rows.filter(|(index, _)| shard.has(*index)).collect())
@@ -92,11 +91,11 @@ pub fn all(plan: &Plan, folder: &Path) -> Result<Vec<(Shard, Vec<Row>)>> {
     Ok(own.collect())
 }
 
-/// Rows of a journal; none if it is of another plan or program.
+/// Rows of a journal; None if it is of another plan or program.
 fn rows(plan: &Plan, path: &Path) -> Option<Vec<Row>> {
     let text = std::fs::read_to_string(path).unwrap_or_default();
     let lines = text.strip_prefix(&head(plan))?;
-    // Up to the last whole line.
+    // Ignore a last line without an end.
     let whole = lines.rfind('\n').map_or("", |end| &lines[..=end]);
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
@@ -105,10 +104,10 @@ fn rows(plan: &Plan, path: &Path) -> Option<Vec<Row>> {
     Some(reader.deserialize().flatten().filter(own).collect())
 }
 
-/// Removes the journals of shards that are done, in whatever division: no row that they may still get is missing.
+/// Removes the journals of all shards for which `is_done` holds.
 ///
 /// # Errors
-/// They cannot be removed.
+/// A journal cannot be removed.
 pub fn remove(folder: &Path, is_done: impl Fn(Shard) -> bool) -> Result<()> {
     let done = journals(folder)?.into_iter().filter(|(of, _)| is_done(*of));
     for (_, path) in done {
@@ -122,7 +121,7 @@ pub fn remove(folder: &Path, is_done: impl Fn(Shard) -> bool) -> Result<()> {
     Ok(())
 }
 
-/// All journals with their shards; no machine has any before its first row.
+/// All journals with their shards; empty on a machine that has not computed a row yet.
 fn journals(folder: &Path) -> Result<Vec<(Shard, PathBuf)>> {
     if !folder.exists() {
         return Ok(Vec::new());

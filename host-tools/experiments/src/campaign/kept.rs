@@ -1,4 +1,4 @@
-//! Each limit against what the runs came to, with and without the delay law, for instance.
+//! Each limit of a campaign and the outcomes of the runs, for instance with and without the delay law.
 
 use super::file::Limit;
 use super::results::Results;
@@ -8,16 +8,16 @@ use anyhow::Result;
 use serde::Serialize;
 use softdock_io::data_table::Values;
 
-/// Rows that belong together.
+/// A group of rows.
 #[derive(Clone, Debug)]
 pub(super) struct Split {
-    /// What they have in common: a word; empty if these are all rows.
+    /// The word that these rows have in common; empty for the group of all rows.
     pub(super) name: String,
-    /// Whether each row belongs to it.
+    /// For each row of the table, whether it is in the group.
     pub(super) rows: Vec<bool>,
 }
 
-/// The rows by the words of the first factor that has words, or all of them.
+/// Groups the rows by the words of the first factor that has words. Without such a factor all rows are one group.
 pub(super) fn splits(results: &Results<'_>) -> Result<Vec<Split>> {
     for factor in &results.plan.factors {
         let Values::Text(words) = results.table.values(&factor.name)? else {
@@ -38,7 +38,7 @@ pub(super) fn splits(results: &Results<'_>) -> Result<Vec<Split>> {
     }])
 }
 
-/// A limit, and what came of it.
+/// A limit and the outcomes of the runs.
 #[derive(Clone, Debug, Serialize)]
 pub struct KeptLimit {
     /// The limit, with its source.
@@ -46,20 +46,21 @@ pub struct KeptLimit {
     pub limit: Limit,
     /// Unit of its bounds.
     pub unit: &'static str,
-    /// What the outcome came to, for each word of the first factor that has words.
+    /// The outcome in each group of runs: one group per word of the first factor that has words.
     pub kept: Vec<Kept>,
 }
 
-/// What an outcome came to in some of the runs.
+/// An outcome in a group of runs, compared with its limit.
 #[derive(Clone, Debug, Serialize)]
 pub struct Kept {
-    /// The word that these runs have in common; empty if they are all.
+    /// The word that these runs have in common; empty for all runs.
     pub of: String,
-    /// The largest value, or the smallest where the limit is a lower one: what is nearest to the limit or farthest beyond it.
+    /// The value farthest beyond the limit, or nearest to it if none is beyond: the largest, or for a lower limit the
+    /// smallest.
     pub worst: Option<f64>,
     /// The median.
     pub median: Option<Estimate>,
-    /// Share of the runs that kept the limit; one without the outcome did not.
+    /// Share of the runs that kept the limit. A run without the outcome did not keep it.
     pub share: Option<Estimate>,
 }
 
@@ -135,7 +136,7 @@ source = "from memory"
         Plan::new(&path).unwrap()
     }
 
-    /// Each second row has the law `lead`: 10, 30, 60 and 99 N, against 20, 40, 101 and -70 N without one.
+    /// Every second row has the law `lead`: 10, 30, 60 and 99 N with it, 20, 40, 101 and -70 N without.
     #[test]
     fn each_law_against_each_limit() {
         let loads = [20.0, 10.0, 40.0, 30.0, 101.0, 60.0, -70.0, 99.0];
@@ -165,7 +166,7 @@ source = "from memory"
                 ("lead", Some(7.0), 1.0),
                 ("none", Some(6.0), 0.75),
                 ("lead", Some(99.0), 1.0),
-                // 20 N below the one bound is worse than 1 N above the other.
+                // 20 N beyond the lower bound is worse than 1 N beyond the upper one.
                 ("none", Some(-70.0), 0.5),
             ]
         );

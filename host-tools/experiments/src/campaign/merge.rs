@@ -11,7 +11,7 @@ use softdock_io::shell::quoted;
 /// Merges the parts of a campaign. The table does not depend on how the rows were divided.
 ///
 /// # Errors
-/// A row is missing, or stands in two parts, or a part is of another plan or program.
+/// A row is missing or is in two parts, or a part is of another plan or program.
 pub fn merge(plan: &Plan, place: &Place) -> Result<DataTable> {
     let parts = parts(plan, place)?;
     let order = order(plan, place, &parts)?;
@@ -47,7 +47,7 @@ pub fn merge(plan: &Plan, place: &Place) -> Result<DataTable> {
     })
 }
 
-/// Part and place of each row.
+/// For each row of the campaign, the number of its part and its row in that part.
 fn order(plan: &Plan, place: &Place, parts: &[(Shard, DataTable)]) -> Result<Vec<(usize, usize)>> {
     let mut order: Vec<Option<(usize, usize)>> = vec![None; plan.rows() as usize];
     for (number, (shard, part)) in parts.iter().enumerate() {
@@ -76,7 +76,7 @@ fn order(plan: &Plan, place: &Place, parts: &[(Shard, DataTable)]) -> Result<Vec
     Ok(order.into_iter().flatten().collect())
 }
 
-/// Values of one column in the order of the rows.
+/// Values of one column, in the order of the campaign's rows.
 fn gathered(parts: &[&Values], order: &[(usize, usize)]) -> Result<Values> {
     macro_rules! gather {
         ($variant:ident) => {{
@@ -108,7 +108,7 @@ fn gathered(parts: &[&Values], order: &[(usize, usize)]) -> Result<Values> {
 mod tests {
     use super::*;
 
-    /// Else the values of the part behind it would pass for its own.
+    /// Otherwise values of the next part could be taken for those of this one.
     #[test]
     fn a_part_of_another_kind_is_refused() {
         let numbers = |values: &[f64]| Values::Number(values.iter().copied().map(Some).collect());

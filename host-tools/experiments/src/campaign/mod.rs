@@ -1,16 +1,16 @@
 //! Campaigns: one scenario under thousands of conditions, on one machine or on many.
 //!
 //! ```text
-//! campaign.toml   file          what varies, how, and what is asked of the outcomes
-//! plan.json       plan          the same with everything that a row depends on; row(index) is a pure function
+//! campaign.toml   file          what varies, its distribution, and limits of the outcomes
+//! plan.json       plan          the campaign and the scenario, complete; row(index) is a pure function of it
 //!   design, distribution        from an index to numbers between 0 and 1, and from these to values
-//!   setting                     values into the scenario, by dotted names
+//!   setting                     puts values into the scenario, by dotted names
 //! a row           row, outcome  one run without recording, or a row of a benchmark (bench); failures and panics are outcomes
 //! a part          shard         every N-th row
-//!   carry_out, journal          in parallel, with a journal to go on from; whole or not at all
+//!   carry_out, journal          computes rows in parallel, with a journal to continue from; a part is complete or absent
 //!   place                       the folder or the object store with the plan and the parts
 //! the table       merge         all parts, row by row, or an error that says what is missing
-//! the report      results       what may be asked of the rows
+//! the report      results       access to the rows
 //!   summary, page               success, limits (kept), quantiles, worst rows, which factor matters
 //! ```
 

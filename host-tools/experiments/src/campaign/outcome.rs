@@ -1,4 +1,4 @@
-//! What a run comes to, seen while it runs: nothing is recorded.
+//! Outcome of a run, computed while it runs: nothing is recorded.
 
 use crate::impacts::{Impact, ImpactFinder};
 use crate::run::RunStatistics;
@@ -10,23 +10,23 @@ use softdock_control::io::Trace;
 use softdock_io::recording::TruthRecord;
 use softdock_mechanism::Loads;
 
-/// Whether a row has outcomes.
+/// Whether a row has outcomes, or why not.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// The run went to its end, or to the end of the robot's patience.
+    /// The run went to its end, or until the robot stopped waiting for answers.
     #[default]
     Completed,
-    /// The factors make settings that nobody accepts.
+    /// The factors give settings that are not valid.
     Refused,
-    /// The run could not be carried out.
+    /// The run failed with an error.
     Failed,
-    /// The program has a defect here.
+    /// The run panicked: the program has a defect.
     Panicked,
 }
 
 impl Status {
-    /// Its word in tables.
+    /// The word for this status in tables.
     pub fn word(self) -> &'static str {
         match self {
             Self::Completed => "completed",
@@ -37,31 +37,30 @@ impl Status {
     }
 }
 
-/// What a row came to. Errors are those of the first impact, relative to the analytic bounce.
+/// Outcome of a row. Errors are those of the first impact, relative to the analytic bounce.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
-    /// Whether there is anything below.
+    /// Whether the row has the outcomes below.
     pub status: Status,
-    /// Why not.
+    /// Why the row has no outcomes; None if it has.
     pub reason: Option<String>,
     /// Cycles that were run.
     pub cycles: u64,
-    /// Whole impacts.
+    /// Number of complete impacts.
     pub impacts: u64,
-    /// Whether the mechanism captured; none if it has nothing to capture with.
+    /// Whether the mechanism captured; None if the rig has none that can capture.
     pub captured: Option<bool>,
-    /// When it did, s from the start of the run.
+    /// Time of the capture, s from the start of the run.
     pub captured_s: Option<f64>,
-    /// Largest force between the docking planes that pushed them apart, N; this and the following are none
-    /// without a docking mechanism.
+    /// Largest force that pushed the docking planes apart, N; this and the next four are None without a docking mechanism.
     pub compression_n: Option<f64>,
-    /// Largest force that pulled them together, N.
+    /// Largest force that pulled the docking planes together, N.
     pub tension_n: Option<f64>,
     /// Largest force across the docking axis, N.
     pub shear_n: Option<f64>,
-    /// Largest torque about it, N·m.
+    /// Largest torque about the docking axis, N·m.
     pub torsion_n_m: Option<f64>,
-    /// Largest torque across it, N·m.
+    /// Largest torque across the docking axis, N·m.
     pub bending_n_m: Option<f64>,
     /// Closing speed before the first impact, m/s.
     pub speed_in_m_s: Option<f64>,
@@ -69,7 +68,7 @@ pub struct Outcome {
     pub speed_out_m_s: Option<f64>,
     /// Speed out over speed in.
     pub restitution: Option<f64>,
-    /// What the analytic bounce gives.
+    /// Restitution of the analytic bounce.
     pub expected_restitution: Option<f64>,
     /// e² − e_expected².
     pub energy_error: Option<f64>,
@@ -77,7 +76,7 @@ pub struct Outcome {
     pub peak_force_error: Option<f64>,
     /// Relative error of the time in contact.
     pub contact_time_error: Option<f64>,
-    /// Momentum that the law gave without a measured force, over 2 m v.
+    /// Momentum of the model that no measured force accounts for, over 2 m v.
     pub impulse_unaccounted: Option<f64>,
     /// Largest true contact force of the run, N.
     pub peak_force_n: Option<f64>,
@@ -85,17 +84,17 @@ pub struct Outcome {
     pub peak_torque_n_m: Option<f64>,
     /// Time with contact force, s.
     pub contact_time_s: Option<f64>,
-    /// Largest angle of M from how it stood at the start, rad.
+    /// Largest angle of M from its orientation at the start, rad.
     pub max_misalignment_rad: Option<f64>,
-    /// Misfit that the delay law saw last, as a part of the signal.
+    /// Last misfit of the delay law's model, as a share of the signal.
     pub law_misfit: Option<f64>,
     /// The latched fault at the end.
     pub fault: Option<String>,
     /// Mode at the end.
     pub final_mode: Option<String>,
-    /// Effects that were hidden; this and the following are none but in a benchmark of the diagnosis.
+    /// Effects that were hidden; this and the following are None except in a benchmark of the diagnosis.
     pub hidden: Option<String>,
-    /// Verdict, and the effects that were named.
+    /// Verdict of the diagnosis, and the effects that it named.
     pub said: Option<String>,
     /// Whether both are right.
     pub right: Option<bool>,
@@ -103,13 +102,13 @@ pub struct Outcome {
     pub error_left_percent: Option<f64>,
 }
 
-/// A numeric outcome: what a limit, a quantile or a plot can be asked for.
+/// A numeric outcome, which limits, quantiles and plots can use.
 pub struct Number {
-    /// Its name, which ends with its unit.
+    /// Name of the outcome, which ends with its unit.
     pub name: &'static str,
-    /// What it means.
+    /// Meaning of the outcome.
     pub meaning: &'static str,
-    /// Its value.
+    /// Reads the value from an outcome.
     pub value: fn(&Outcome) -> Option<f64>,
 }
 
@@ -218,7 +217,7 @@ pub const NUMBERS: &[Number] = &[
 ];
 
 impl Outcome {
-    /// A row without a run.
+    /// Outcome of a row without a completed run.
     pub fn failure(status: Status, reason: String) -> Self {
         Self {
             status,
@@ -227,18 +226,18 @@ impl Outcome {
         }
     }
 
-    /// A numeric outcome by its name.
+    /// The numeric outcome with this name; None if there is no such outcome or the row has no value.
     pub fn number(&self, name: &str) -> Option<f64> {
         let number = NUMBERS.iter().find(|number| number.name == name)?;
         (number.value)(self)
     }
 }
 
-/// Watches a run.
+/// Computes the outcome of a run while it runs.
 pub struct Observer<'a> {
     finder: ImpactFinder<'a>,
     cycle_s: f64,
-    /// The rig has a mechanism that may capture.
+    /// Whether the rig has a mechanism that may capture.
     docks: bool,
     start: Option<UnitQuaternion<f64>>,
     cycles: u64,
@@ -250,7 +249,7 @@ pub struct Observer<'a> {
 }
 
 impl<'a> Observer<'a> {
-    /// Nothing has been seen.
+    /// An observer that has seen no cycle yet.
     pub fn new(scenario: &'a Scenario) -> Self {
         Self {
             finder: ImpactFinder::new(scenario),
@@ -279,14 +278,14 @@ impl<'a> Observer<'a> {
         let [.., w, i, j, k] = truth.pose;
         let now = UnitQuaternion::new_normalize(Quaternion::new(w, i, j, k));
         let start = *self.start.get_or_insert(now);
-        // The vector part is half the angle where it is small; the angle itself would need acos near 1.
+        // The vector part of the quaternion is sin(angle/2), accurate for small angles, where acos near 1 is not.
         let vector = (start.inverse() * now).imag().norm().min(1.0);
         self.max_misalignment_rad = self
             .max_misalignment_rad
             .max(2.0 * ComplexField::asin(vector));
     }
 
-    /// What it came to; the rig says what its mechanism did.
+    /// The outcome of the run; `statistics` has what the rig reports of its mechanism.
     pub fn finish(self, statistics: &RunStatistics) -> Outcome {
         let impacts = self.finder.finish();
         let first = impacts.first();

@@ -1,4 +1,4 @@
-//! What a campaign found, as a person reads it: tables for terminal and page, plots for the page.
+//! Result of a campaign for people: tables for terminal and page, plots for the page.
 
 use super::columns::{BINARY, PLAN};
 use super::file::Limit;
@@ -15,11 +15,11 @@ use softdock_report::{
 
 /// Digits of outcomes.
 const DIGITS: usize = 4;
-/// Share of successes from which on the headline is good, for the lower end of the interval, and below the rest of which
-/// it is bad.
+/// Share of successes that the lower end of the interval has to reach for the mark "kept"; below 1 less this share the mark
+/// is "not kept".
 const GOOD: f64 = 0.99;
 
-/// The sentence that a hurried reader takes along.
+/// The headline in a sentence.
 pub fn headline(summary: &Summary) -> String {
     let kept = summary
         .success
@@ -85,7 +85,7 @@ fn failures(summary: &Summary) -> Table {
     table
 }
 
-/// Each limit beside what the runs came to. Where it comes from stands once, in its first row.
+/// Each limit with the outcomes of the runs. The source of a limit is given in its first row.
 fn limits(limits: &[KeptLimit]) -> Table {
     let mut table = Table::new(vec![
         Column::text("outcome"),
@@ -125,7 +125,7 @@ fn limits(limits: &[KeptLimit]) -> Table {
     })
 }
 
-/// Where a limit comes from, marked if nobody has read it there.
+/// Source of a limit, marked if nobody has read it.
 fn source(limit: &Limit) -> Cell {
     let said = Cell::text(limit.source.as_deref().unwrap_or("none given"));
     if limit.source_read {
@@ -288,7 +288,7 @@ pub fn page(results: &Results<'_>, summary: &Summary) -> Result<Page> {
     Ok(page)
 }
 
-/// Whether the limits are kept, and why it is said so: few draws show no 99 %, however well they went.
+/// Mark, word and reason of the verdict on the limits. Few draws cannot show 99 %, however well they went.
 fn judgement(summary: &Summary) -> (Mark, &'static str, String) {
     let Some(share) = summary.success else {
         return (Mark::Neutral, "no runs", String::new());
@@ -315,7 +315,7 @@ fn judgement(summary: &Summary) -> (Mark, &'static str, String) {
     }
 }
 
-/// Factors as sentences.
+/// One sentence per factor.
 fn varied(results: &Results<'_>) -> Vec<String> {
     let factors = results.plan.factors.iter().map(|factor| {
         let unit = unit(&factor.settings[0]).replace('1', "");
@@ -329,7 +329,7 @@ fn varied(results: &Results<'_>) -> Vec<String> {
     factors.collect()
 }
 
-/// How strongly each factor goes with the outcome that ranks rows.
+/// Chart of how strongly each factor correlates with the outcome that ranks rows.
 fn influence(summary: &Summary) -> BarChart {
     let mut chart = BarChart::new(
         format!("Which factor matters for {}", summary.worst_by),
@@ -343,7 +343,7 @@ fn influence(summary: &Summary) -> BarChart {
     chart
 }
 
-/// Factors by their influence on the outcome that ranks rows.
+/// Factors, ordered by their correlation with the outcome that ranks rows.
 fn strongest(summary: &Summary) -> Vec<(&str, f64)> {
     let own = summary
         .sensitivity
@@ -356,7 +356,7 @@ fn strongest(summary: &Summary) -> Vec<(&str, f64)> {
     factors
 }
 
-/// Where it succeeds, over the two numeric factors that matter most.
+/// Maps of success over the two numeric factors that matter most.
 fn maps(results: &Results<'_>, summary: &Summary, splits: &[Split]) -> Result<Vec<Plot>> {
     let numeric = |name: &&str| matches!(results.table.values(name), Ok(Values::Number(_)));
     let names = strongest(summary).into_iter().map(|(name, _)| name);
@@ -427,7 +427,7 @@ fn distributions(results: &Results<'_>, splits: &[Split]) -> Result<Vec<Plot>> {
             plot.series
                 .push(Series::new(&split.name, Style::Step, points.collect()));
         }
-        // A constant has no distribution to look at.
+        // A constant outcome has no distribution to show.
         if first >= last {
             continue;
         }

@@ -1,5 +1,5 @@
-//! Where a campaign stands: in a folder, or in an object store by its address. Plan and parts are there; the
-//! journals, to which a row is added as soon as it is done, are always in a folder of this machine.
+//! Location of a campaign: a folder, or an object store by its address. Plan and parts are there. The journals, to which a
+//! row is added as soon as it is computed, are always in a folder of this machine.
 
 mod store;
 
@@ -11,22 +11,22 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use store::Store;
 
-/// Where plan and parts of a campaign are.
+/// Location of plan and parts of a campaign.
 #[derive(Debug)]
 pub struct Place {
-    /// As it was given.
+    /// Folder or address, as it was given.
     name: String,
     /// The folder of the journals.
     journals: PathBuf,
-    /// None if they are in the same folder.
+    /// The store; None if plan and parts are in the folder of the journals.
     store: Option<Store>,
 }
 
 impl Place {
-    /// A folder, or an address with a scheme: `file:///shared/campaign`, `s3://bucket/campaign`.
+    /// Opens a folder, or an address with a scheme: `file:///shared/campaign`, `s3://bucket/campaign`.
     ///
     /// # Errors
-    /// The address is none, or of a store that this program was built without.
+    /// The address is invalid, or of a kind of store that this program was built without.
     pub fn open(name: &Path) -> Result<Self> {
         let text = name.display().to_string();
         if !text.contains("://") {
@@ -40,7 +40,7 @@ impl Place {
         })
     }
 
-    /// A folder.
+    /// The location in this folder.
     pub fn folder(folder: &Path) -> Self {
         Self {
             name: folder.display().to_string(),
@@ -49,7 +49,7 @@ impl Place {
         }
     }
 
-    /// How another process on this machine finds it, wherever it works.
+    /// Path or address that is valid in any working directory of this machine.
     ///
     /// # Errors
     /// The folder has no path.
@@ -73,7 +73,7 @@ impl Place {
         &self.journals
     }
 
-    /// A file of it, as a person finds it.
+    /// Path or address of a file of the campaign, for messages.
     pub fn file(&self, name: &str) -> String {
         match &self.store {
             Some(_) => format!("{}/{name}", self.name.trim_end_matches('/')),
@@ -81,10 +81,10 @@ impl Place {
         }
     }
 
-    /// Whether something is there already; an empty folder is free.
+    /// Whether something exists there already; an empty folder counts as free.
     ///
     /// # Errors
-    /// A store cannot be looked at.
+    /// The store cannot be read.
     pub fn is_taken(&self) -> Result<bool> {
         match &self.store {
             Some(store) => Ok(!store.names()?.is_empty()),
@@ -92,10 +92,10 @@ impl Place {
         }
     }
 
-    /// Names of all files in it.
+    /// Names of all files there.
     ///
     /// # Errors
-    /// It cannot be read.
+    /// The location cannot be read.
     pub(super) fn names(&self) -> Result<Vec<String>> {
         match &self.store {
             Some(store) => store.names(),
@@ -103,10 +103,10 @@ impl Place {
         }
     }
 
-    /// A file, if it is there.
+    /// Content of a file; None if it does not exist.
     ///
     /// # Errors
-    /// It cannot be read.
+    /// The file cannot be read.
     pub(super) fn read(&self, name: &str) -> Result<Option<Vec<u8>>> {
         let Some(store) = &self.store else {
             return match std::fs::read(self.journals.join(name)) {
@@ -121,10 +121,10 @@ impl Place {
         store.read(name)
     }
 
-    /// Adds a file, whole or not at all. In a store it never replaces another.
+    /// Adds a file atomically. In a store it never replaces another file.
     ///
     /// # Errors
-    /// It cannot be written to, or in a store there is another file of that name.
+    /// The location cannot be written to, or the store has another file of that name.
     pub(super) fn add(&self, name: &str, content: Vec<u8>) -> Result<()> {
         let Some(store) = &self.store else {
             std::fs::create_dir_all(&self.journals)

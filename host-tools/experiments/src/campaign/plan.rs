@@ -1,4 +1,4 @@
-//! The plan: everything that a row depends on, in one file.
+//! The plan: one file with everything that a row depends on.
 
 use super::bench::Bench;
 use super::checksum::checksum;
@@ -20,18 +20,18 @@ use std::path::Path;
 pub(super) const FILE: &str = "plan.json";
 /// Name and version of the format.
 const FORMAT: &str = "softdock-campaign/1";
-/// What draws the seed of a row's noise.
+/// Name from which the random stream of a row's seed is taken.
 const SEED: &str = "seed";
-/// More rows than this are a mistake: a week on a hundred cores.
+/// More rows than this are taken for a mistake: a week on a hundred cores.
 const MOST_ROWS: u64 = 100_000_000;
 
-/// The plan as it is written.
+/// Content of the plan's file.
 #[derive(Debug, Serialize, Deserialize)]
 struct PlanFile {
     format: String,
-    /// Of the two texts below.
+    /// Hash of the two texts below.
     hash: String,
-    /// The program that planned; no other carries the plan out.
+    /// The program that made the plan; no other may run it.
     binary: String,
     rows: u64,
     /// The campaign file.
@@ -40,23 +40,23 @@ struct PlanFile {
     scenario_toml: String,
 }
 
-/// A plan that can be carried out.
+/// A plan that can be run.
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// The campaign file.
     pub campaign: CampaignFile,
     /// The campaign file and the scenario as texts.
     pub texts: [String; 2],
-    /// Identity of both.
+    /// Hash of both texts.
     pub hash: String,
-    /// The program that planned.
+    /// The program that made the plan.
     pub binary: String,
-    /// What varies.
+    /// The factors.
     pub factors: Vec<PlannedFactor>,
-    /// Of the scenario; none of a benchmark.
+    /// Settings of the scenario; None for a benchmark.
     settings: Option<Settings>,
     design: Design,
-    /// Combinations of the values of lists and grids.
+    /// Number of combinations of the values of lists and grids.
     combinations: u64,
 }
 
@@ -67,7 +67,7 @@ pub struct PlannedFactor {
     pub name: String,
     /// Settings that get its value, as written.
     pub settings: Vec<String>,
-    /// How it varies.
+    /// Distribution of the factor.
     pub distribution: Distribution,
     targets: Vec<SettingName>,
     /// Its values, or the axis of the design from which they are drawn.
@@ -90,7 +90,7 @@ pub struct Conditions {
 }
 
 impl PlannedFactor {
-    /// A factor of a campaign file; one that is drawn takes the next axis of the design.
+    /// Plans a factor of a campaign file. One that is drawn takes the next axis of the design.
     fn of(factor: &Factor, axes: &mut Vec<String>) -> Result<Self> {
         let name = factor.column();
         let distribution = factor
@@ -118,7 +118,7 @@ impl PlannedFactor {
         })
     }
 
-    /// The factors that a benchmark has of itself.
+    /// The factors of a benchmark.
     fn of_bench(bench: Bench, campaign: &CampaignFile) -> Result<Vec<Self>> {
         let planned = |(name, distribution): (&str, Distribution)| Self {
             name: name.to_owned(),
@@ -136,11 +136,11 @@ impl PlannedFactor {
 }
 
 impl Plan {
-    /// Reads a campaign file and the scenario that it names, and checks the ends of every factor against
-    /// the settings' own ranges.
+    /// Reads a campaign file and the scenario that it names, and checks both ends of every factor against the ranges of the
+    /// settings.
     ///
     /// # Errors
-    /// What is wrong with either, or the first factor that names no setting or leaves its range.
+    /// The first error in either file, or the first factor that names no setting or leaves its range.
     pub fn new(path: &Path) -> Result<Self> {
         let campaign: CampaignFile = input::load(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
@@ -204,7 +204,7 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Each end of each factor, the others as in the scenario, is a scenario that is accepted.
+    /// Checks that each end of each factor, with all others as in the scenario, gives a valid scenario.
     fn check_ends(&self) -> Result<()> {
         let Some(settings) = &self.settings else {
             return Ok(());
@@ -212,7 +212,7 @@ impl Plan {
         for factor in &self.factors {
             let ends = match &factor.source {
                 Source::Levels(levels) => levels.clone(),
-                // Beyond three sigma a row may be refused; it is a row then.
+                // Beyond three sigma a row may be refused, which is then its outcome.
                 Source::Axis(_) => [0.001, 0.999]
                     .map(|u| factor.distribution.quantile(u).into())
                     .to_vec(),
@@ -232,10 +232,10 @@ impl Plan {
         Ok(())
     }
 
-    /// Writes the plan where the campaign shall stand; a folder is made if it is not there.
+    /// Writes the plan to the campaign's location; a missing folder is made.
     ///
     /// # Errors
-    /// Nothing can be written there.
+    /// The location cannot be written to.
     pub fn write(&self, place: &Place) -> Result<()> {
         let [campaign_toml, scenario_toml] = self.texts.clone();
         let file = PlanFile {
@@ -250,10 +250,10 @@ impl Plan {
         place.add(FILE, text.into_bytes())
     }
 
-    /// Reads the plan of a campaign, to look at what was done.
+    /// Reads the plan of a campaign, to evaluate it.
     ///
     /// # Errors
-    /// There is none, or it was changed.
+    /// There is no plan, or it was changed.
     pub fn read(place: &Place) -> Result<Self> {
         let name = place.file(FILE);
         let bytes = place.read(FILE)?.with_context(|| {
@@ -278,7 +278,7 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Reads the plan of a campaign, to carry it out.
+    /// Reads the plan of a campaign, to run it.
     ///
     /// # Errors
     /// As [`read`](Self::read), or another program planned it.
@@ -300,29 +300,29 @@ impl Plan {
         self.design.points() * self.combinations
     }
 
-    /// Runs of one sample of the design: more than one for Sobol' indices.
+    /// Number of runs of one sample of the design: more than one for Sobol' indices.
     pub fn runs_per_sample(&self) -> u64 {
         self.design.runs_per_sample()
     }
 
-    /// Combinations of listed and grid values that each draw meets.
+    /// Number of combinations of listed and grid values; each draw is run with all of them.
     pub fn combinations(&self) -> u64 {
         self.combinations
     }
 
-    /// Whether no factor is drawn: in one draw each combination of listed values is run once.
+    /// Whether no factor is drawn: one draw then covers all combinations.
     pub fn is_exhaustive(&self) -> bool {
         let is_listed = |factor: &PlannedFactor| matches!(factor.source, Source::Levels(_));
         self.factors.iter().all(is_listed)
     }
 
-    /// The draw of a row. Runs that are compared with each other are of one: they have values and noise in common.
+    /// Number of the draw of a row. Rows of one draw have its drawn values and its noise in common, so they can be compared.
     pub fn draw(&self, index: u64) -> u64 {
         index / self.combinations / self.runs_per_sample()
     }
 
-    /// The conditions of a row: a pure function of the plan and the index. All combinations of a draw have
-    /// its values and its noise, so that they can be compared pair by pair.
+    /// The conditions of a row: a pure function of the plan and the index. All combinations of a draw have the same drawn
+    /// values and noise, so that they can be compared pair by pair.
     pub fn conditions(&self, index: u64) -> Conditions {
         let (point, mut combination) = (index / self.combinations, index % self.combinations);
         let value = |factor: &PlannedFactor| match &factor.source {
@@ -347,7 +347,7 @@ impl Plan {
     /// The scenario of a row.
     ///
     /// # Errors
-    /// The values of its factors together leave a range, or it is one of a benchmark.
+    /// The values of its factors together leave a range, or the campaign is one of a benchmark.
     pub fn scenario(&self, index: u64) -> Result<Scenario> {
         let Conditions { seed, values } = self.conditions(index);
         let settings = self
@@ -368,7 +368,7 @@ impl Plan {
     }
 }
 
-/// No factor takes back what one before it sets.
+/// An error if a factor sets a setting that another factor before it sets, too.
 fn refuse_overwritten(before: &[PlannedFactor], name: &str, targets: &[SettingName]) -> Result<()> {
     for other in before {
         let theirs = other.targets.iter().zip(&other.settings);

@@ -1,4 +1,4 @@
-//! The rows of a campaign, and what may be asked of them.
+//! Access to the rows of a campaign.
 
 use super::bench::Bench;
 use super::columns::SUCCESS;
@@ -9,10 +9,10 @@ use super::statistics::{Estimate, quantile, share};
 use anyhow::{Result, bail};
 use softdock_io::data_table::{DataTable, Values};
 
-/// The outcome that ranks rows if the campaign names none.
+/// The outcome that ranks rows if the campaign names none and has no limits.
 const DEFAULT_WORST: &str = "peak_force_n";
 
-/// The table of a campaign with the plan that it follows.
+/// The table of a campaign and its plan.
 #[derive(Debug)]
 pub struct Results<'a> {
     /// The plan.
@@ -30,7 +30,7 @@ impl Results<'_> {
         }
     }
 
-    /// Whether each run was a success.
+    /// For each row, whether the run was a success.
     pub fn successes(&self) -> Result<Vec<bool>> {
         Ok(self
             .flags(SUCCESS)?
@@ -77,14 +77,14 @@ impl Results<'_> {
         )
     }
 
-    /// How many draws these rows, in their order, are of.
+    /// Number of different draws among these rows, which are in ascending order.
     pub(super) fn draws(&self, rows: &[usize]) -> usize {
         let mut draws: Vec<u64> = rows.iter().map(|r| self.plan.draw(*r as u64)).collect();
         draws.dedup();
         draws.len()
     }
 
-    /// Of how many of these rows it is true.
+    /// Share of these rows for which `is_true` holds; None without rows.
     pub(super) fn share(
         &self,
         rows: &[usize],
@@ -104,7 +104,7 @@ impl Results<'_> {
         Sample { ordered, draws }
     }
 
-    /// Factor and outcome of the rows that have both; words as numbers of their groups.
+    /// Values of a factor and an outcome in the rows that have both; words become numbers of their groups.
     pub(super) fn pairs(&self, factor: &PlannedFactor, outcome: &str) -> Result<Pairs> {
         let y = self.numbers(outcome)?;
         let (numeric, x): (bool, Vec<Option<f64>>) = match self.table.values(&factor.name)? {
@@ -133,11 +133,11 @@ impl Results<'_> {
     }
 }
 
-/// Values of an outcome.
+/// Sample of an outcome.
 pub(super) struct Sample {
-    /// From the smallest to the largest.
+    /// The values in ascending order.
     pub(super) ordered: Vec<f64>,
-    /// Of how many draws they are.
+    /// Number of draws that the values are from.
     draws: usize,
 }
 
@@ -147,7 +147,7 @@ impl Sample {
     }
 }
 
-/// Factor and outcome of rows that have both.
+/// Values of a factor (x) and an outcome (y) in the same rows.
 pub(super) struct Pairs {
     pub(super) numeric: bool,
     pub(super) x: Vec<f64>,

@@ -7,7 +7,7 @@ use crate::scenario::Scenario;
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// Carries a row out; whatever happens is its outcome.
+/// Computes a row. Errors and panics become outcomes.
 pub fn execute(plan: &Plan, index: u64) -> Outcome {
     if let Some(bench) = plan.campaign.bench {
         let Conditions { seed, values } = plan.conditions(index);
@@ -31,9 +31,9 @@ fn outcome(scenario: &Scenario) -> Outcome {
     }
 }
 
-/// A panic is an outcome too.
+/// Runs `row`; a panic becomes an outcome.
 fn guarded(row: impl FnOnce() -> Outcome) -> Outcome {
-    // What a panic leaves behind is dropped with the row.
+    // Unwind safe: all state of the run is dropped with the row.
     catch_unwind(AssertUnwindSafe(row)).unwrap_or_else(|panic| {
         let text = panic.downcast_ref::<String>().map(String::as_str);
         let text = text.or_else(|| panic.downcast_ref::<&str>().copied());

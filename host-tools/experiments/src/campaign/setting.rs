@@ -1,12 +1,11 @@
-//! Settings of a scenario by their dotted names, as they stand in its file:
-//! `rig.mechanism.walls[0].point_m[2]`.
+//! Settings of a scenario by their dotted names, as in its file: `rig.mechanism.walls[0].point_m[2]`.
 
 use crate::scenario::Scenario;
 use anyhow::{Context, Result, bail};
 use serde_json::{Map, Value};
 use softdock_io::input::nearest;
 
-/// Endings of names, and the units they stand for; longer ones before those that they end with.
+/// Suffixes of names and their units; a longer suffix stands before those that it ends with.
 const UNITS: &[(&str, &str)] = &[
     ("_n_s_per_m", "N·s/m"),
     ("_n_per_m", "N/m"),
@@ -54,7 +53,7 @@ impl SettingName {
     /// Reads a name.
     ///
     /// # Errors
-    /// It is not made of words with dots between and numbers in brackets.
+    /// The name is not made of words with dots between and indices in brackets.
     pub fn parse(name: &str) -> Result<Self> {
         let mut steps = Vec::new();
         for part in name.split('.') {
@@ -76,13 +75,12 @@ impl SettingName {
         Ok(Self(steps))
     }
 
-    /// Whether it is another setting, or a whole of which the other is a part.
+    /// Whether the other name is the same setting, or a part of this one.
     pub(super) fn contains(&self, other: &Self) -> bool {
         other.0.starts_with(&self.0)
     }
 
-    /// Gives the setting a value. A key that is not there is made: whether it may be, the scenario says
-    /// when it is read.
+    /// Sets the value. A key that does not exist is added: reading the scenario shows whether it is known.
     fn set(&self, tree: &mut Value, value: Value) -> Result<()> {
         let mut at = tree;
         for step in &self.0 {
@@ -105,7 +103,7 @@ impl SettingName {
                 (Step::Place(place), _) => bail!("what stands before [{place}] is no list"),
             };
         }
-        // A whole number where the scenario has one, however it was drawn.
+        // A drawn whole number replaces an integer of the scenario as an integer.
         *at = match (&*at, value.as_f64()) {
             (Value::Number(now), Some(drawn)) if !now.is_f64() && drawn.fract() == 0.0 => {
                 Value::from(drawn as i64)
@@ -121,7 +119,7 @@ impl SettingName {
 pub struct Settings(Value);
 
 impl Settings {
-    /// Those of a scenario.
+    /// The settings of a scenario.
     ///
     /// # Errors
     /// Never for a scenario that was read from a file.
@@ -129,10 +127,10 @@ impl Settings {
         Ok(Self(serde_json::to_value(scenario)?))
     }
 
-    /// The scenario with other values, not yet validated.
+    /// The scenario with other values, not validated.
     ///
     /// # Errors
-    /// There is no such setting (with the nearest that there is), or it takes no such value.
+    /// A setting does not exist (the nearest name is given), or does not take the value.
     pub fn with<'a>(
         &self,
         values: impl IntoIterator<Item = (&'a SettingName, Value)>,
@@ -144,7 +142,7 @@ impl Settings {
         Ok(serde_json::from_value(tree)?)
     }
 
-    /// Checks that a setting exists and takes a value; `name` is what the person wrote.
+    /// Checks that a setting exists and takes a value; `name` is that of the file.
     ///
     /// # Errors
     /// As [`with`](Self::with).
@@ -163,7 +161,7 @@ impl Settings {
     }
 }
 
-/// Dotted names of everything in a tree that is not a table.
+/// Dotted names of all values in a tree.
 fn names(tree: &Value, prefix: &str, found: &mut Vec<String>) {
     match tree {
         Value::Object(map) => {
@@ -210,10 +208,10 @@ mod tests {
         assert_eq!(scenario.board.control.body_k.inertia_kg_m2[1][1], 99.0);
         let scenario = changed("board.control.delay.law", json!("predictor"));
         assert_eq!(scenario.board.control.delay.law.name(), "predictor");
-        // What is left out of the file.
+        // A setting that the file leaves out.
         let scenario = changed("rig.sensor.low_pass_hz", json!(80.0));
         assert_eq!(scenario.rig.sensor.low_pass_hz, Some(80.0));
-        // A number of a draw where a count is.
+        // A drawn number for a setting that is a count.
         let scenario = changed("rig.robot.timeout_cycles", json!(7.0));
         assert_eq!(scenario.rig.robot.timeout_cycles, 7);
     }

@@ -3,12 +3,12 @@
 use std::fmt::{self, Display, Formatter};
 use std::str::FromStr;
 
-/// Shard `number` of `of`: the rows whose index leaves that remainder.
+/// Shard `number` of `of`: the rows whose index modulo `of` is `number`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Shard {
-    /// From 0.
+    /// Number of this shard, from 0.
     pub number: u64,
-    /// How many there are.
+    /// Number of shards.
     pub of: u64,
 }
 
@@ -16,17 +16,18 @@ impl Shard {
     /// The whole campaign.
     pub const WHOLE: Self = Self { number: 0, of: 1 };
 
-    /// Whether a row belongs to it. Neighbours go to different shards: costs drift along a factor.
+    /// Whether a row belongs to the shard. Neighbouring rows go to different shards, as the cost of a row drifts along a
+    /// factor.
     pub fn has(self, index: u64) -> bool {
         index % self.of == self.number
     }
 
-    /// Name of its part.
+    /// File name of the shard's part.
     pub fn part(self) -> String {
         format!("part-{}-of-{}.parquet", self.number, self.of)
     }
 
-    /// The shard of a part's file name.
+    /// The shard of a part's file name; None if it is no such name.
     pub fn of_part(name: &str) -> Option<Self> {
         let numbers = name.strip_prefix("part-")?.strip_suffix(".parquet")?;
         numbers.replace("-of-", "/").parse().ok()

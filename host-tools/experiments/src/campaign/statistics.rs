@@ -1,14 +1,14 @@
-//! What many rows say: shares and quantiles with intervals, and which factor matters.
+//! Statistics of many rows: shares and quantiles with intervals, and which factor matters.
 //!
-//! All intervals hold with 95 %; none assumes a distribution of the outcome. Rows of one draw have values and noise in
-//! common, so that four of them may say no more than one: an interval is that of as many values as there are draws,
-//! whatever rows of a draw have to do with each other. A single draw has none.
+//! All intervals have 95 % confidence, and none assumes a distribution of the outcome. Rows of one draw have values and noise
+//! in common and may be fully correlated, so an interval is that of as many independent values as there are draws. This holds
+//! for any correlation within a draw. A single draw gives no interval.
 
 use serde::Serialize;
 use softdock_statistics::DEVIATIONS_95 as Z;
 use statrs::distribution::{Binomial, DiscreteCDF};
 
-/// Probability outside of an interval, on each side.
+/// Probability beyond each end of an interval.
 const TAIL: f64 = 0.025;
 
 /// An estimate with its interval.
@@ -16,13 +16,14 @@ const TAIL: f64 = 0.025;
 pub struct Estimate {
     /// The estimate.
     pub value: f64,
-    /// Lower end; none if there are too few draws for one.
+    /// Lower end; None if there are too few draws.
     pub low: Option<f64>,
-    /// Upper end.
+    /// Upper end; None if there are too few draws.
     pub high: Option<f64>,
 }
 
-/// A share of rows of so many draws, with Wilson's score interval (1927), which stays right at 0 and 1.
+/// A share of rows, with Wilson's score interval (1927) for `draws` independent values, which stays valid at 0 and 1. None
+/// without rows.
 pub fn share(count: usize, of: usize, draws: usize) -> Option<Estimate> {
     if of == 0 {
         return None;
@@ -38,8 +39,8 @@ pub fn share(count: usize, of: usize, draws: usize) -> Option<Estimate> {
     })
 }
 
-/// A quantile of ordered values of so many draws, between two of them that hold it whatever the distribution (David
-/// and Nagaraja, Order Statistics, section 7.1).
+/// A quantile of ordered values from `draws` independent draws. Its interval lies between two order statistics, which is
+/// valid for any distribution (David and Nagaraja, Order Statistics, section 7.1). None without values.
 pub fn quantile(ordered: &[f64], draws: usize, q: f64) -> Option<Estimate> {
     let count = ordered.len();
     let place = (q * count as f64).ceil().max(1.0) as usize - 1;
@@ -53,7 +54,8 @@ pub fn quantile(ordered: &[f64], draws: usize, q: f64) -> Option<Estimate> {
         .partition_point(|k| 1.0 - fewer(*k) > TAIL)
         .checked_sub(1);
     let high = high.filter(|k| *k < draws);
-    // The first and the last value of what is one draw's share of them.
+    // Each draw stands for `count / draws` consecutive values: the interval reaches from the first value of one block to the
+    // last of another.
     let first = |k: usize| ordered[k * count / draws];
     let last = |k: usize| ordered[((k + 1) * count).div_ceil(draws) - 1];
     Some(Estimate {
@@ -63,14 +65,15 @@ pub fn quantile(ordered: &[f64], draws: usize, q: f64) -> Option<Estimate> {
     })
 }
 
-/// Spearman's rank correlation; none if one of them does not vary.
+/// Spearman's rank correlation; None if one of the two does not vary.
 pub fn rank_correlation(x: &[f64], y: &[f64]) -> Option<f64> {
     let (x, y) = (ranks(x), ranks(y));
     let (cross, xx, yy) = (covariance(&x, &y), covariance(&x, &x), covariance(&y, &y));
     (xx > 0.0 && yy > 0.0).then(|| cross / (xx * yy).sqrt())
 }
 
-/// For words: square root of the share of the variance of ranks that lies between groups; none if nothing varies.
+/// Correlation ratio of ranks, for a factor with words: square root of the share of the variance of ranks between groups.
+/// None if nothing varies.
 pub fn rank_ratio(groups: &[usize], y: &[f64]) -> Option<f64> {
     let y = ranks(y);
     let mean = y.iter().sum::<f64>() / y.len().max(1) as f64;
@@ -93,7 +96,7 @@ pub fn rank_ratio(groups: &[usize], y: &[f64]) -> Option<f64> {
     (total > 0.0).then(|| (between / total).sqrt())
 }
 
-/// Ranks from 1; equal values share theirs.
+/// Ranks from 1; equal values share the mean of their ranks.
 fn ranks(values: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
@@ -121,7 +124,7 @@ fn covariance(x: &[f64], y: &[f64]) -> f64 {
 pub struct SobolIndices {
     /// Share of the variance that the factor explains alone.
     pub first: f64,
-    /// Share that it has a part in.
+    /// Share of the variance that the factor explains alone or in interactions.
     pub total: f64,
 }
 
@@ -171,7 +174,7 @@ mod tests {
         assert_eq!(share(0, 0, 0), None);
     }
 
-    /// The same four times says no more than once, and a single draw nothing of others.
+    /// Four equal rows give no narrower interval than one, and a single draw gives none.
     #[test]
     fn rows_of_one_draw_narrow_no_interval() {
         assert_eq!(share(388, 400, 100), share(97, 100, 100));

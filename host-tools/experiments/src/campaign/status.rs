@@ -1,4 +1,4 @@
-//! How far a campaign is.
+//! Progress of a campaign.
 
 use super::carry_out::{failed, read_part};
 use super::columns::INDEX;
@@ -11,28 +11,28 @@ use serde::Serialize;
 use softdock_io::data_table::{DataTable, Values};
 use std::collections::BTreeSet;
 
-/// How far a campaign is.
+/// Progress of a campaign.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Progress {
     /// Hash of the plan.
     pub hash: String,
-    /// Rows of the plan.
+    /// Number of rows of the plan.
     pub rows: u64,
-    /// Rows in parts.
+    /// Number of rows in parts.
     pub done: u64,
-    /// Rows in parts that are not completed.
+    /// Number of rows in parts that are not completed.
     pub failed: u64,
-    /// Rows without a part that shards have kept on this machine, interrupted or still at work: whatever the division, a shard goes on
-    /// behind those of them that are its own.
+    /// Number of rows in journals on this machine that are in no part yet, of shards that are interrupted or still running.
+    /// Such a row is reused by the shard to which it belongs, whatever the division.
     pub kept: u64,
-    /// Into how many shards the rows were divided: the largest number that a part has; where there is none that a journal has, which
-    /// may be an interrupted one of a division that was given up.
+    /// Number of shards of the division: the largest that a part names. Without parts it is the largest that a journal names,
+    /// which may be of a division that was given up.
     pub shards: u64,
-    /// Those of them of which a row is missing.
+    /// Numbers of the shards of which a row is missing.
     pub missing_shards: Vec<u64>,
 }
 
-/// Looks at the parts of a campaign.
+/// Determines the progress from the parts and journals of a campaign.
 ///
 /// # Errors
 /// A part is no table of this plan and program.
@@ -49,7 +49,7 @@ pub fn progress(plan: &Plan, place: &Place) -> Result<Progress> {
         failures += failed(part)?;
     }
     let journals = journal::all(plan, place.journals())?;
-    // `merge` takes parts of one division: shards of another would be for nothing.
+    // `merge` takes parts of one division only, so that of the parts counts.
     let of_parts = parts.iter().map(|(shard, _)| shard.of).max();
     let of_journals = journals.iter().map(|(shard, _)| shard.of).max();
     let shards = of_parts.or(of_journals).unwrap_or(1);
@@ -60,7 +60,7 @@ pub fn progress(plan: &Plan, place: &Place) -> Result<Progress> {
         let mut own = done.iter().skip(*number as usize).step_by(shards as usize);
         own.any(|done| !done)
     };
-    // A shard beyond the rows has none, however many a file's name claims.
+    // Shards beyond the number of rows are empty, whatever number a file's name claims.
     let with_rows = 0..shards.min(plan.rows());
     Ok(Progress {
         hash: plan.hash.clone(),
@@ -101,7 +101,7 @@ mod tests {
     use crate::campaign::outcome::Outcome;
     use crate::campaign::table::table;
 
-    /// Before any part there is, journals say how the rows were divided; whoever divides them anew keeps what was done.
+    /// Before there are parts, journals show the division; a new division reuses the rows that were computed.
     #[test]
     fn an_interrupted_shard_is_gone_on_with() {
         let folder = tempfile::tempdir().unwrap();
@@ -121,7 +121,7 @@ mod tests {
         }
     }
 
-    /// Journals of a division that was given up do not stay once all their rows have parts; one of which a row has none does.
+    /// Journals of an abandoned division are removed once all their rows are in parts; a journal with a row in no part stays.
     #[test]
     fn journals_of_another_division_go_with_the_last_of_their_rows() {
         let folder = tempfile::tempdir().unwrap();

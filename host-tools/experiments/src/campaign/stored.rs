@@ -1,4 +1,4 @@
-//! The row that a campaign has kept, and whether a new run of it is the same.
+//! The stored row of a campaign, and whether a new run of it gives the same.
 
 use super::journal;
 use super::place::Place;
@@ -11,14 +11,15 @@ use softdock_io::data_table::{DataTable, Values};
 /// A row of a part or of a journal.
 #[derive(Clone, Debug)]
 pub struct StoredRow {
-    /// Where it stands, in words.
+    /// Part or journal in which the row is stored, in words.
     pub place: String,
     table: DataTable,
     row: usize,
 }
 
 impl StoredRow {
-    /// Looks a row up in the parts of a campaign, then in the journals of shards that are not done; none if it has not been carried out.
+    /// Finds a row in the parts of a campaign, then in the journals of shards that are not complete. None if the row has not
+    /// been computed.
     ///
     /// # Errors
     /// A part is no table of this plan and program, or the campaign cannot be read.
@@ -42,7 +43,7 @@ impl StoredRow {
         }))
     }
 
-    /// The first column in which a table of one row differs in any bit, with the values of both.
+    /// Compares with a table of one row, bit by bit. Returns the first column that differs, with both values.
     ///
     /// # Errors
     /// The part lacks a column.
@@ -60,7 +61,7 @@ impl StoredRow {
     }
 }
 
-/// A value with all its digits, from which it can be read back bit for bit; none where there is none.
+/// A value as text with all digits, which reads back bit for bit; None for a missing value.
 pub fn value(values: &Values, row: usize) -> Option<String> {
     fn text<T: ToString>(values: &[Option<T>], row: usize) -> Option<String> {
         values.get(row)?.as_ref().map(T::to_string)

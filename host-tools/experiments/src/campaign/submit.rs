@@ -1,13 +1,13 @@
-//! Lines that hand a campaign to a cluster. They are printed, never run.
+//! Command lines that submit a campaign to a cluster. They are printed, never run.
 
 use super::place::Place;
 use anyhow::{Context, Result};
 use softdock_io::shell::quoted;
 
-/// Kills of a task, by lost workers, after which HyperQueue gives up on it.
+/// Number of losses of a task with its worker after which HyperQueue gives it up.
 const CRASH_LIMIT: u32 = 20;
 
-/// Line for HyperQueue: one task for each shard.
+/// Command line for HyperQueue: one task for each shard.
 ///
 /// # Errors
 /// The folder or this program has no path.
@@ -19,12 +19,12 @@ pub fn hyperqueue(place: &Place, shards: u64, threads: usize) -> Result<String> 
     ))
 }
 
-/// Line for Slurm: one task of an array for each shard, started again if its node is lost.
+/// Command line for Slurm: an array with one task for each shard, which is restarted if its node is lost.
 ///
 /// # Errors
 /// The folder or this program has no path.
 pub fn slurm(place: &Place, shards: u64, threads: usize) -> Result<String> {
-    // A store takes no lines: the logs are where `sbatch` is called then.
+    // Logs cannot be written to a store: they go to the folder in which `sbatch` is called.
     let log = match place.on_disk() {
         Some(folder) => std::path::absolute(folder)?.join("slurm-%a.log"),
         None => "slurm-%a.log".into(),
@@ -42,7 +42,7 @@ pub fn slurm(place: &Place, shards: u64, threads: usize) -> Result<String> {
     ))
 }
 
-/// What a task runs; `variable` holds its number.
+/// Command of a task; `variable` holds the task's number.
 fn shard_command(place: &Place, variable: &str, shards: u64, threads: usize) -> Result<String> {
     let program = std::env::current_exe().context("cannot find the running program")?;
     Ok(format!(

@@ -1,4 +1,4 @@
-//! What a campaign found, in numbers.
+//! Result of a campaign in numbers.
 
 use super::kept::{KeptLimit, kept_limits};
 use super::place::Place;
@@ -14,28 +14,28 @@ use std::collections::BTreeMap;
 
 /// The quantiles that are shown.
 pub const QUANTILES: [f64; 3] = [0.05, 0.5, 0.95];
-/// How many of the worst rows are named.
+/// Number of the worst rows that are listed.
 const WORST: usize = 10;
-/// Values of a list that are still looked at one by one.
+/// A list with more values than this is not evaluated value by value.
 const MOST_GROUPS: usize = 50;
-/// What a campaign found.
+/// Result of a campaign.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Summary {
     /// Title of the campaign.
     pub title: String,
-    /// Rows.
+    /// Number of rows.
     pub rows: usize,
-    /// Draws that these rows are of; intervals are over draws.
+    /// Number of draws of these rows; intervals are based on draws.
     pub draws: usize,
-    /// No factor is drawn: these rows are all combinations.
+    /// Whether no factor is drawn: these rows are all combinations.
     pub exhaustive: bool,
-    /// Rows that went to their end.
+    /// Number of rows that went to their end.
     pub completed: usize,
-    /// Reasons of the others, with their counts.
+    /// Reasons of the other rows, with their counts.
     pub failures: BTreeMap<String, usize>,
     /// Share of the runs that kept all limits.
     pub success: Option<Estimate>,
-    /// Share of the runs in which the mechanism captured, where it can.
+    /// Share of the runs in which the mechanism captured; None if it cannot.
     pub captured: Option<Estimate>,
     /// Each limit, and whether it was kept.
     pub limits: Vec<KeptLimit>,
@@ -43,11 +43,11 @@ pub struct Summary {
     pub groups: Vec<Group>,
     /// Quantiles of the outcomes.
     pub outcomes: Vec<OutcomeSummary>,
-    /// The outcome by which rows are the worst.
+    /// Name of the outcome that ranks the worst rows.
     pub worst_by: String,
     /// The worst rows.
     pub worst: Vec<WorstRow>,
-    /// Which factor matters, for each outcome that is shown.
+    /// Correlation of each factor with each outcome that is shown.
     pub sensitivity: Vec<Sensitivity>,
 }
 
@@ -69,39 +69,39 @@ pub struct Group {
 pub struct OutcomeSummary {
     /// Name.
     pub name: &'static str,
-    /// Unit.
+    /// Unit of the outcome.
     pub unit: &'static str,
-    /// Rows that have it.
+    /// Number of rows that have the outcome.
     pub count: usize,
-    /// At 5, 50 and 95 %.
+    /// Quantiles at 5, 50 and 95 %.
     pub quantiles: [Option<Estimate>; 3],
 }
 
-/// A row to look at.
+/// One of the worst rows.
 #[derive(Clone, Debug, Serialize)]
 pub struct WorstRow {
-    /// Its index.
+    /// Index of the row.
     pub index: u64,
-    /// Its outcome.
+    /// Value of the outcome that ranks rows.
     pub value: f64,
-    /// How to see it.
+    /// Command that runs the row again.
     pub rerun: String,
 }
 
-/// What a factor has to do with an outcome.
+/// Correlation of a factor with an outcome.
 #[derive(Clone, Debug, Serialize)]
 pub struct Sensitivity {
     /// Name of the outcome.
     pub outcome: &'static str,
     /// Name of the factor.
     pub factor: String,
-    /// Spearman's; for words the correlation ratio of the ranks, without a sign.
+    /// Spearman's rank correlation; for words the correlation ratio of the ranks, which has no sign.
     pub rank_correlation: Option<f64>,
-    /// If the design is one for them.
+    /// Sobol' indices, if the design is one for them.
     pub sobol: Option<SobolIndices>,
 }
 
-/// Sums a campaign up; `place` is named in the commands that run a row again.
+/// Summarises a campaign; `place` appears in the commands that run a row again.
 ///
 /// # Errors
 /// The table is not that of the plan.
@@ -238,7 +238,8 @@ fn sensitivity(results: &Results<'_>) -> Result<Vec<Sensitivity>> {
     Ok(all)
 }
 
-/// Sobol' indices of the drawn factors, if the design is one for them, and all runs of enough samples have the outcome.
+/// Sobol' indices of the drawn factors. Empty unless the design is one for them and all runs of enough samples have the
+/// outcome.
 fn sobol(results: &Results<'_>, outcome: &str) -> Result<Vec<SobolIndices>> {
     let runs = results.plan.runs_per_sample() as usize;
     if runs == 1 || results.plan.combinations() != 1 {

@@ -1,4 +1,4 @@
-//! Rows as a table: conditions, outcomes, success.
+//! Table of rows: conditions, outcomes, success.
 
 use super::bench::Bench;
 use super::columns::{BINARY, INDEX, PLAN, SUCCESS};
@@ -8,7 +8,7 @@ use super::setting;
 use serde_json::Value;
 use softdock_io::data_table::{DataColumn, DataTable, Values};
 
-/// Whether a run is a success: it went to its end without a fault, and kept every limit.
+/// Whether a run is a success: it went to its end without a fault, kept every limit, and a diagnosis is right.
 pub fn is_success(plan: &Plan, outcome: &Outcome) -> bool {
     let kept = |limit: &super::file::Limit| {
         let value = outcome.number(&limit.outcome);
@@ -55,7 +55,7 @@ pub fn table(plan: &Plan, rows: &[(u64, Outcome)]) -> DataTable {
     }
 }
 
-/// Numbers, unless the factor has words.
+/// Values of a factor: numbers, or words if the factor has words.
 fn factor_values(factor: &super::plan::PlannedFactor, values: &[&Value]) -> Values {
     let levels = factor.distribution.levels().unwrap_or_default();
     if levels.iter().all(Value::is_number) {
@@ -72,7 +72,7 @@ fn factor_values(factor: &super::plan::PlannedFactor, values: &[&Value]) -> Valu
     values.iter().map(text).collect::<Vec<_>>().into()
 }
 
-/// A value of every row.
+/// The same value of every row.
 fn all<T>(rows: &[(u64, Outcome)], value: impl Fn(&Outcome) -> T) -> Vec<T> {
     rows.iter().map(|(_, outcome)| value(outcome)).collect()
 }
@@ -82,7 +82,7 @@ fn plain(name: &str, meaning: &str, values: impl Into<Values>) -> DataColumn {
     DataColumn::new(name, "1", meaning, values)
 }
 
-/// How each run went and ended.
+/// Columns on course and end of each run.
 fn run_columns(plan: &Plan, rows: &[(u64, Outcome)]) -> Vec<DataColumn> {
     let status = all(rows, |o| o.status.word().to_owned());
     let reason = all(rows, |o| o.reason.clone());
@@ -105,7 +105,7 @@ fn run_columns(plan: &Plan, rows: &[(u64, Outcome)]) -> Vec<DataColumn> {
     ]
 }
 
-/// What a benchmark of the diagnosis hid and was told.
+/// Columns of a benchmark of the diagnosis: what was hidden, and what the diagnosis answered.
 fn diagnosis_columns(rows: &[(u64, Outcome)]) -> [DataColumn; 3] {
     let hidden = all(rows, |o| o.hidden.clone());
     let said = all(rows, |o| o.said.clone());

@@ -1,4 +1,4 @@
-//! What to change, in words.
+//! Advice on what to change, in sentences.
 
 use super::limits::LARGEST_PHI;
 use super::rig_file::Rig;
@@ -7,12 +7,12 @@ use crate::one_contact::Contact;
 use softdock_control::delay::LawName;
 use softdock_control::settings::Settings;
 
-/// Difference between believed and true delay that matters, s: a quarter of a cycle of 4 ms.
+/// Difference between believed and true delay from which on it is reported, s: a quarter of a cycle of 4 ms.
 const DELAY_MATTERS_S: f64 = 0.001;
-/// Difference of the restitution from the contact's own that is called right.
+/// Largest deviation of the restitution from the contact's own that counts as right.
 const RIGHT: f64 = 0.02;
-/// Error of force or time in contact, and impulse that nobody measured, beyond which a right rebound
-/// is right for the wrong reason.
+/// Largest relative error of force or time in contact, and largest impulse that was not measured, with which a right rebound
+/// is not called accidental.
 const FORCE_MATTERS: f64 = 0.25;
 const IMPULSE_MATTERS: f64 = 0.25;
 
@@ -26,7 +26,7 @@ pub(super) fn of(check: &Check, settings: &Settings, rig: &Rig) -> Vec<String> {
     advice
 }
 
-/// What "undamped" can mean here.
+/// A remark on the damping that noise may hide from the predictor.
 fn hidden(check: &Check, rig: &Rig) -> Option<String> {
     let unseen = Contact {
         damping_n_s_per_m: check.damping_in_noise_n_s_per_m?,
@@ -45,7 +45,7 @@ fn hidden(check: &Check, rig: &Rig) -> Option<String> {
     })
 }
 
-/// What no setting cures.
+/// Advice on physical limits, which no setting overcomes.
 fn physics(check: &Check) -> Vec<String> {
     let (limits, mut advice) = (&check.limits, Vec::new());
     let softer = check.effective_mass_kg * (LARGEST_PHI / check.delay_s.max(1e-9)).powi(2);
@@ -71,7 +71,7 @@ fn physics(check: &Check) -> Vec<String> {
     advice
 }
 
-/// What the settings believe of the robot and the rig says otherwise.
+/// Advice on settings of the robot that differ from the rig.
 fn beliefs(delay_s: f64, settings: &Settings, rig: &Rig) -> Vec<String> {
     let (believed, mut advice) = (&settings.delay.actuator, Vec::new());
     let believed_s = settings.delay.horizon_s(settings.robot.cycle_s);
@@ -99,7 +99,7 @@ fn beliefs(delay_s: f64, settings: &Settings, rig: &Rig) -> Vec<String> {
     advice
 }
 
-/// The chosen law and better ones.
+/// Advice on the chosen law, and on better ones.
 fn law(check: &Check) -> Vec<String> {
     let Some(chosen) = check.chosen() else {
         return Vec::new();
@@ -142,7 +142,7 @@ fn law(check: &Check) -> Vec<String> {
     advice
 }
 
-/// Why a law is not stable.
+/// Why a law is not stable; None if it is.
 fn fails(row: &LawRow) -> Option<String> {
     let law = row.law;
     if let Some(fault) = &row.fault {
@@ -161,7 +161,7 @@ fn fails(row: &LawRow) -> Option<String> {
         .then(|| format!("Law `{law}` adds energy: do not close the loop with it on this contact."))
 }
 
-/// A rebound that is right for the wrong reason.
+/// A remark on a law whose rebound is right although force or time in contact are not.
 fn hollow(row: &LawRow) -> Option<String> {
     let long = row
         .contact_time_error
@@ -187,7 +187,7 @@ fn without_a_law(check: &Check) -> String {
     text
 }
 
-/// Limits that the test itself meets.
+/// Advice if the contact itself exceeds limits of the board.
 fn speed(settings: &Settings, rig: &Rig) -> Option<String> {
     let peak_n = rig.contact.peak_force_n(rig.approach_speed_m_s);
     (peak_n > 0.8 * settings.limits.force_n).then(|| {

@@ -1,4 +1,4 @@
-//! One contact computed: the board's own cycle and law, the late robot, one mass on one wall.
+//! Simulation of one contact: the board's own cycle and law, the late robot, one mass on one wall.
 
 use super::rig_file::Rig;
 use crate::one_contact::Contact;
@@ -10,29 +10,29 @@ use softdock_rig::board::cycle_driver::CycleDriver;
 use softdock_rig::rig::drive::Drive;
 use std::collections::VecDeque;
 
-/// Instants of the touch within a cycle: the restitution of a damped contact is a saw-tooth over it.
+/// Number of instants of the touch within a cycle: the restitution of a damped contact is a saw-tooth function of it.
 const TOUCH_INSTANTS: u32 = 8;
-/// Cycles in which the robot stands still before the start, as an operator would let it.
+/// Cycles in which the robot stands still before the start, as with an operator.
 const REST_CYCLES: u32 = 40;
 /// Free flight at full speed before the touch, cycles: what an adaptive law learns from.
 const FLIGHT_CYCLES: f64 = 150.0;
-/// Cycles that are computed after the contact is over.
+/// Cycles that are simulated after the contact is over.
 const AFTER_CYCLES: u32 = 60;
-/// Contact times after which a contact counts as one that does not end.
+/// Duration, in multiples of the contact time, after which a contact counts as one that does not end.
 const LONGEST_CONTACTS: f64 = 12.0;
 /// Integration steps per cycle; the robot is exact at whole steps of its delay.
 const SUB_STEPS: u32 = 20;
-/// Digits of a correction, of mm and degrees: fine enough to be no effect of its own.
+/// Decimals of a correction in mm and degrees: fine enough for rounding to have no effect.
 const DECIMALS: u8 = 6;
 
 /// One contact.
 #[derive(Clone, Copy, Debug, Default)]
 struct Bounce {
-    /// Speed after over speed before; none if the contact does not end.
+    /// Speed after over speed before; None if the contact does not end.
     restitution: Option<f64>,
     peak_force_n: f64,
     contact_s: f64,
-    /// Impulse that was not measured, by 2 m v.
+    /// Impulse on the model that was not measured, divided by 2 m v.
     unaccounted: f64,
     fault: Option<Fault>,
 }
@@ -41,7 +41,7 @@ struct Bounce {
 pub(super) struct Bounces(Vec<Bounce>);
 
 impl Bounces {
-    /// Computes them for a law.
+    /// Simulates the contacts with a law.
     pub(super) fn new(law: LawName, settings: &Settings, rig: &Rig) -> Result<Self> {
         let settings = alone(law, settings, rig);
         let touch_instant = |n: u32| (f64::from(n) + 0.5) / f64::from(TOUCH_INSTANTS);
@@ -55,13 +55,13 @@ impl Bounces {
         self.0.iter().map(|bounce| bounce.restitution).collect()
     }
 
-    /// Mean restitution; none if one of them does not come back.
+    /// Mean restitution; None if a contact does not end.
     pub(super) fn mean(&self) -> Option<f64> {
         let all = self.restitutions()?;
         Some(all.iter().sum::<f64>() / all.len() as f64)
     }
 
-    /// Smallest and largest restitution.
+    /// Smallest and largest restitution; None if a contact does not end.
     pub(super) fn range(&self) -> Option<(f64, f64)> {
         let all = self.restitutions()?;
         let low = all.iter().copied().fold(f64::INFINITY, f64::min);
@@ -69,18 +69,18 @@ impl Bounces {
         Some((low, high))
     }
 
-    /// The first fault.
+    /// The first fault in any of the contacts.
     pub(super) fn fault(&self) -> Option<Fault> {
         self.0.iter().find_map(|bounce| bounce.fault)
     }
 
-    /// Largest force over that of the contact itself, less 1.
+    /// Largest force of all contacts over that of the contact itself, less 1.
     pub(super) fn peak_force_error(&self, contact: &Contact, speed_m_s: f64) -> f64 {
         let forces = self.0.iter().map(|bounce| bounce.peak_force_n);
         forces.fold(0.0, f64::max) / contact.peak_force_n(speed_m_s) - 1.0
     }
 
-    /// Mean time in contact likewise; none if it does not end.
+    /// Mean time in contact over that of the contact itself, less 1; None if a contact does not end.
     pub(super) fn contact_time_error(&self, contact: &Contact) -> Option<f64> {
         self.restitutions()?;
         let sum: f64 = self.0.iter().map(|bounce| bounce.contact_s).sum();
@@ -94,8 +94,8 @@ impl Bounces {
     }
 }
 
-/// The settings with the two spacecraft replaced by one mass that flies along x, an ideal sensor and
-/// room enough. Limits of speed, acceleration and force stay.
+/// The settings with one mass that flies along x in place of the two spacecraft, an ideal sensor and a wide box. Limits of
+/// speed, acceleration and force stay.
 fn alone(law: LawName, settings: &Settings, rig: &Rig) -> Settings {
     let mut alone = settings.clone();
     alone.delay.law = law;
@@ -127,7 +127,7 @@ struct Test<'a> {
     board: CycleDriver<f64>,
     drive: Drive,
     wall_m: f64,
-    /// Poses that are not reported yet.
+    /// Positions that are not reported yet, m.
     reports: VecDeque<f64>,
     bounce: Bounce,
     touched: bool,
@@ -140,7 +140,7 @@ impl<'a> Test<'a> {
         robot.cycle_us = (cycle_s * 1e6).round() as u32;
         robot.substep_us = robot.cycle_us / SUB_STEPS;
         let start = &settings.start;
-        // On the ramp the spacecraft flies half as far as at full speed.
+        // During the ramp the spacecraft flies half as far as at full speed.
         let ramp = f64::from(start.zero_cycles) + 0.5 * f64::from(start.ramp_cycles);
         let flight_s = (ramp + FLIGHT_CYCLES + touch_instant) * cycle_s;
         let mut test = Self {
@@ -191,7 +191,7 @@ impl<'a> Test<'a> {
         self.bounce
     }
 
-    /// One cycle; the model's velocity after it, m/s.
+    /// Runs one cycle. Returns the model's velocity after it, m/s.
     fn step(&mut self, command: Option<Command>) -> f64 {
         let x = self.drive.position(0.0)[0];
         self.reports.push_back(x);

@@ -1,10 +1,10 @@
-//! What no law can do, whatever it knows of the robot, if the wall is felt only at the touch.
+//! Physical limits of all laws, whatever they know of the robot, if the wall is only felt at the touch.
 
 use crate::one_contact::Contact;
 use serde::Serialize;
 
-/// Largest phase at which a contact can come out right while the robot retreats no faster than it
-/// came, and with any speed: (v τ²/2) k ≤ 2 m v.
+/// Largest phase at which the contact's own restitution is possible while the robot retreats no faster than it came; below
+/// it, with any speed of retreat: (v τ²/2) k ≤ 2 m v.
 pub(super) const LARGEST_PHI: f64 = std::f64::consts::SQRT_2;
 const LARGEST_PHI_AT_ANY_SPEED: f64 = 2.0;
 
@@ -13,22 +13,22 @@ const LARGEST_PHI_AT_ANY_SPEED: f64 = 2.0;
 pub struct Limits {
     /// φ = ω τ: the delay as a phase of the contact.
     pub phi: f64,
-    /// Restitution of a law that runs on measured force until the delay is over and then follows
-    /// the ideal contact: √(1 − φ⁴/12 + φ⁶/36). For an elastic contact.
+    /// Restitution of a law that integrates the measured force until the delay is over and then follows the ideal contact:
+    /// √(1 − φ⁴/12 + φ⁶/36). For an elastic contact.
     pub restitution_limit: f64,
     /// Smallest restitution that is possible on a first contact, even with any speed of retreat:
     /// φ²/2 + 2 ζ φ + φ ω T_p − 1, with half a cycle until the touch is felt; 0 if less.
     pub least_restitution: f64,
-    /// Peak force of a first contact over that of the ideal one, at least.
+    /// Smallest possible peak force of a first contact, relative to that of the ideal one.
     pub peak_force_ratio: f64,
-    /// The contact's own restitution is possible on a first contact.
+    /// Whether the contact's own restitution is possible on a first contact.
     pub feasible: bool,
-    /// It is possible without a retreat that is faster than the approach: φ ≤ √2.
+    /// Whether it is possible without a retreat that is faster than the approach: φ ≤ √2.
     pub feasible_at_approach_speed: bool,
 }
 
 impl Limits {
-    /// For a contact, a delay (s), a pause at reversal (s) and a cycle (s).
+    /// The limits of a contact with a delay (s), a pause at the reversal (s) and a cycle (s).
     pub fn new(contact: &Contact, delay_s: f64, pause_s: f64, cycle_s: f64) -> Self {
         let omega = contact.frequency_rad_s();
         let zeta = contact.damping_ratio();
@@ -36,7 +36,7 @@ impl Limits {
         let limit = (1.0 - phi.powi(4) / 12.0 + phi.powi(6) / 36.0)
             .max(0.0)
             .sqrt();
-        // Nothing can be done before the touch is felt, half a cycle later on average.
+        // No law reacts before the touch is measured, half a cycle later on average.
         let felt = phi + 0.5 * omega * cycle_s;
         let spent = 0.5 * felt * felt + 2.0 * zeta * felt + felt * omega * pause_s;
         let least = (spent - 1.0).max(0.0);

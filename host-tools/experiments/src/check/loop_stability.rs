@@ -1,7 +1,6 @@
 //! The linear theory of a contact behind a delay.
 //!
-//! A mass m whose spring k and damper b answer late by h: m s² + (b s + k) e^(−h s) = 0. On the
-//! border of stability s = jω with
+//! A mass m whose spring k and damper b act late by h: m s² + (b s + k) e^(−h s) = 0. At the stability limit s = jω with
 //!
 //! ```text
 //! ω_c² = (b² + √(b⁴ + 4 m² k²)) / (2 m²)        h_c = atan(b ω_c / k) / ω_c
@@ -9,14 +8,14 @@
 //!
 //! Zebenay, Boge, Krenn and Choukroun, "Analytical and experimental stability investigation of a
 //! hardware-in-the-loop satellite docking simulator", Proc. IMechE G 229 (2015) 666. For little
-//! damping h_c is b/k: an elastic contact bears no delay at all.
+//! damping h_c is b/k: with an elastic contact no delay is stable.
 
 use crate::one_contact::Contact;
 
-/// Ends of the searches for critical stiffness, mass and damping.
+/// Range of the searches for critical stiffness, mass and damping.
 const SMALLEST: f64 = 1e-6;
 const LARGEST: f64 = 1e12;
-/// Steps of the search over that range, a tenth of a decade each, and halvings of a step.
+/// Steps of a search over that range, a tenth of a decade each, and bisections of a step.
 const STEPS: i32 = 180;
 const HALVINGS: u32 = 60;
 
@@ -24,7 +23,7 @@ impl Contact {
     /// h_c, s: the longest delay with which a lasting contact is stable.
     pub fn critical_delay_s(&self) -> f64 {
         let (m, k, b) = (self.mass_kg, self.stiffness_n_per_m, self.damping_n_s_per_m);
-        // Scaled by m, so that no power leaves the range of numbers.
+        // Scaled by m, so that no power overflows.
         let (k, b) = (k / m, b / m);
         let square = 0.5 * (b * b + (b.powi(4) + 4.0 * k * k).sqrt());
         let omega = square.sqrt();
@@ -32,7 +31,7 @@ impl Contact {
     }
 }
 
-/// What would be just stable at a given delay, one quantity changed at a time.
+/// Values at which the loop with a given delay is just stable, one quantity changed at a time; None where no value is stable.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Critical {
     /// Largest stiffness, N/m.
@@ -44,7 +43,7 @@ pub struct Critical {
 }
 
 impl Critical {
-    /// For a contact behind a delay, s.
+    /// The critical values of a contact with a delay, s.
     pub fn new(contact: &Contact, delay_s: f64) -> Self {
         let margin = |contact: Contact| contact.critical_delay_s() - delay_s;
         let stiffness = |k: f64| {
@@ -73,7 +72,7 @@ impl Critical {
     }
 }
 
-/// Smallest argument with which `margin` is not negative; none if there is none.
+/// Smallest argument for which `margin` is not negative; None if it is negative everywhere.
 fn border(margin: impl Fn(f64) -> f64) -> Option<f64> {
     let at = |step: i32| SMALLEST * (LARGEST / SMALLEST).powf(f64::from(step) / f64::from(STEPS));
     let first = (0..=STEPS).find(|step| margin(at(*step)) >= 0.0)?;
@@ -102,7 +101,7 @@ mod tests {
         damping_n_s_per_m: 4200.0,
     };
 
-    /// On the border m s² + (b s + k) e^(−h s) vanishes at s = jω: both parts of it.
+    /// At the limit m s² + (b s + k) e^(−h s) vanishes at s = jω, in its real and its imaginary part.
     #[test]
     fn the_characteristic_equation_holds_on_the_border() {
         for damping_n_s_per_m in [10.0, 4200.0, 3e4, 3e5] {
@@ -154,7 +153,7 @@ mod tests {
             let h = contact.critical_delay_s();
             assert!((h / delay_s - 1.0).abs() < 1e-9, "{contact:?} {h}");
         }
-        // Stiffer, lighter or less damped is worse.
+        // A stiffer, lighter or less damped contact is stable with less delay.
         let worse = Contact {
             stiffness_n_per_m: 1.1 * contacts[0].stiffness_n_per_m,
             ..CONTACT
@@ -167,7 +166,7 @@ mod tests {
         assert_eq!(Critical::new(&elastic, delay_s).mass_kg, None);
     }
 
-    /// ζ .1, .3, .6: known values; beyond 1 the formula goes on without a step.
+    /// ζ .1, .3, .6: known values; the formula is continuous at ζ = 1.
     #[test]
     fn restitution_of_the_contact_itself() {
         let at = |zeta: f64| Contact {

@@ -1,9 +1,9 @@
-//! What a delay will do to a contact, said before the contact: is the loop stable, which rebound
-//! will each law give, what is beyond physics, and what to change.
+//! Prediction, before a contact, of what a delay will do to it: whether the loop is stable, which rebound each law will give,
+//! which results are physically impossible, and what to change.
 //!
-//! The contact is taken as one mass on one wall along its normal. `loop_stability` is the linear
-//! theory, `limits` what no law can do, `bounce` a short computation with the board's own cycle
-//! and the laws as they are; `advice` puts them into words.
+//! The contact is modelled as one mass on one wall along its normal. `loop_stability` is the linear theory, `limits` has the
+//! limits of all laws, `bounce` simulates a contact with the board's own cycle and laws; `advice` puts the results into
+//! words.
 
 mod advice;
 mod bounce;
@@ -24,20 +24,19 @@ use softdock_app::settings::BoardSettings;
 use softdock_control::delay::LawName;
 use softdock_control::settings::Settings;
 
-/// Restitution above 1 that still counts as no energy: what the instant of the touch within a cycle
-/// moves a law by that is right.
+/// Restitution above 1 that still counts as passive: a right law varies by this with the instant of the touch within a cycle.
 const SLACK: f64 = 0.015;
 
-/// The answer.
+/// Result of the check.
 #[derive(Clone, Debug, Serialize)]
 pub struct Check {
     /// Longest delay with which the loop without compensation is stable in a lasting contact, s.
     pub critical_delay_s: f64,
-    /// Largest stiffness likewise at the rig's delay, N/m; none if no stiffness is small enough.
+    /// Largest stable stiffness at the rig's delay without compensation, N/m; None if no stiffness is small enough.
     pub critical_stiffness_n_per_m: Option<f64>,
-    /// Smallest mass, kg; none if no mass is large enough.
+    /// Smallest stable mass, kg; None if no mass is large enough.
     pub critical_mass_kg: Option<f64>,
-    /// Smallest damping, N·s/m; none if no damping is enough.
+    /// Smallest stable damping, N·s/m; None if no damping is enough.
     pub critical_damping_n_s_per_m: Option<f64>,
     /// Delay from the model's velocity to its execution, s.
     pub delay_s: f64,
@@ -49,42 +48,43 @@ pub struct Check {
     pub damping_n_s_per_m: f64,
     /// Damping ratio of the contact.
     pub damping_ratio: f64,
-    /// Smallest damping that one contact tells from none behind the noise of the force, N·s/m; none if that is not known.
+    /// Smallest damping that one contact distinguishes from none at this noise of the force, N·s/m; None if the noise is not
+    /// known.
     pub damping_in_noise_n_s_per_m: Option<f64>,
     /// Speed towards the wall, m/s.
     pub approach_speed_m_s: f64,
     /// Restitution of the contact itself.
     pub ideal_restitution: f64,
-    /// What no law can do.
+    /// Limits of all laws.
     pub limits: Limits,
     /// The law that the settings choose.
     pub chosen_law: &'static str,
-    /// Every law.
+    /// Results of all laws.
     pub laws: Vec<LawRow>,
-    /// What to change.
+    /// Advice in sentences, the most important first.
     pub advice: Vec<String>,
 }
 
-/// One law.
+/// Result of one law.
 #[derive(Clone, Debug, Serialize)]
 pub struct LawRow {
-    /// Its name.
+    /// Name of the law.
     pub law: &'static str,
-    /// Mean restitution over instants of the touch within a cycle; none if it does not come back.
+    /// Mean restitution over instants of the touch within a cycle; None if a contact does not end.
     pub expected_restitution: Option<f64>,
-    /// Smallest and largest of them.
+    /// Smallest and largest restitution over these instants.
     pub range: Option<(f64, f64)>,
-    /// The rebound is in the mean no faster than the approach and leads away from the wall, and no
-    /// fault ends the test.
+    /// Whether the rebound is on average no faster than the approach and leads away from the wall, and no fault ends the
+    /// test.
     pub stable: bool,
-    /// The robot has left the wall while the spacecraft of the model still flies towards it: the mean
-    /// restitution is negative, and the contact comes again.
+    /// Whether the robot has left the wall while the spacecraft of the model still flies towards it: the mean restitution is
+    /// negative, and another contact will follow.
     pub flies_on: bool,
     /// Largest force over that of the contact itself, less 1.
     pub peak_force_error: f64,
-    /// Time in contact likewise; none if it does not end.
+    /// Time in contact over that of the contact itself, less 1; None if a contact does not end.
     pub contact_time_error: Option<f64>,
-    /// Impulse that the model gets and nobody measures, by 2 m v.
+    /// Impulse on the model that was not measured, divided by 2 m v.
     pub impulse_unaccounted: f64,
     /// Whether the law works with the measured pose.
     pub needs_position: bool,
@@ -141,8 +141,8 @@ impl Check {
 fn row(law: LawName, settings: &Settings, rig: &Rig) -> Result<LawRow> {
     let bounces = Bounces::new(law, settings, rig)?;
     let range = bounces.range();
-    // Over many contacts the touch falls anywhere in a cycle: the mean decides. A rebound of zero is
-    // that of a wall that takes everything.
+    // Over many contacts the touch falls anywhere in a cycle, so the mean decides. A restitution of zero is that of a wall
+    // that absorbs all energy.
     let passive = bounces.mean().is_some_and(|mean| mean <= 1.0 + SLACK);
     let flies_on = bounces.mean().is_some_and(|mean| mean < -SLACK);
     let fault = bounces.fault().map(|fault| {

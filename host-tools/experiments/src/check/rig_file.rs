@@ -1,4 +1,4 @@
-//! The rig that a board is checked against: a short file of its own, or a scenario.
+//! The rig that a board is checked against: from a short file, or from a scenario.
 
 use crate::one_contact::Contact;
 use crate::scenario::Scenario;
@@ -27,21 +27,21 @@ pub struct Rig {
     pub contact: Contact,
     /// Speed towards the wall, m/s.
     pub approach_speed_m_s: f64,
-    /// White noise of the force, one sigma, N, if it is known.
+    /// Standard deviation of the white noise of the force, N, if it is known.
     pub noise_force_n: Option<f64>,
 }
 
-/// The file.
+/// Content of the file.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct RigFile {
-    /// Speed towards the wall, m/s; absent: that of the settings' spacecraft along x.
+    /// Speed towards the wall, m/s; by default that of the settings' spacecraft along x.
     approach_speed_m_s: Option<f64>,
-    /// Mass that the contact feels, kg; absent: that of the settings' spacecraft, centre to centre.
+    /// Mass that the contact feels, kg; by default the reduced mass of the settings' spacecraft, centre to centre.
     effective_mass_kg: Option<f64>,
     /// Cycles by which the reported pose is older than the force.
     feedback_latency_cycles: u8,
-    /// White noise of the force, one sigma, N; absent: it is not said what noise hides.
+    /// Standard deviation of the white noise of the force, N; without it nothing is said about damping in noise.
     noise_force_n: Option<f64>,
     actuator: ActuatorSettings,
     contact: Option<ContactFile>,
@@ -55,7 +55,7 @@ struct ContactFile {
     damping_n_s_per_m: f64,
 }
 
-/// Whether a file is a scenario; whatever else stands in it is judged later.
+/// Determines whether a file is a scenario; all other keys are checked later.
 #[derive(Deserialize)]
 struct Kind {
     board: Option<IgnoredAny>,
@@ -67,7 +67,7 @@ fn is_scenario(path: &Path) -> Result<bool> {
     Ok(kind.board.is_some() || kind.rig.is_some())
 }
 
-/// The board's settings: a settings file, or the board of a scenario.
+/// The board's settings, from a settings file or from a scenario.
 ///
 /// # Errors
 /// The file cannot be read, or a key is unknown.
@@ -97,7 +97,7 @@ impl Rig {
         Ok(rig)
     }
 
-    /// From a scenario: its robot without hidden effects, and the wall that is met first.
+    /// The rig of a scenario: its robot without hidden effects, and the wall that is met first.
     ///
     /// # Errors
     /// A value of the rig is out of its range, or no wall is approached.
@@ -140,8 +140,7 @@ impl Rig {
         Ok(rig)
     }
 
-    /// Refuses a loop that stays closed on a joint that does not let go, if the delay makes it swing
-    /// up: unlike a contact it never ends.
+    /// Refuses a latched joint if the delay makes the closed loop on it oscillate: unlike a contact it never ends.
     fn bears(&self, joint: &Joint, mass_kg: f64) -> Result<()> {
         let latched = Contact {
             mass_kg,
@@ -210,7 +209,7 @@ impl Rig {
         in_range("approach_speed_m_s", speed, 1e-5, 1.0)?;
         in_range("noise_force_n", self.noise_force_n.unwrap_or(0.0), 0.0, 1e3)?;
         self.settings().validate().map_err(|error| {
-            // The names of this file, not those of a scenario.
+            // The names of keys in this file, not in a scenario.
             anyhow!(format!("{error:#}").replace("`rig.robot.", "`"))
         })
     }
@@ -227,7 +226,7 @@ impl Rig {
         }
     }
 
-    /// What noise hides of the contact's damping, N·s/m, if the noise is known; `cycle_s` is the board's.
+    /// Damping of the contact that noise may hide, N·s/m; `cycle_s` is the board's cycle. None if the noise is not known.
     pub fn damping_in_noise(&self, cycle_s: f64) -> Option<f64> {
         let (contact, speed_m_s) = (&self.contact, self.approach_speed_m_s);
         let noise_n = self.noise_force_n?;
@@ -243,7 +242,7 @@ impl Rig {
     }
 }
 
-/// The spacecraft of the settings, at the start.
+/// Initial state of the spacecraft of the settings.
 fn state(settings: &Settings) -> TwoBodyState<f64> {
     TwoBodyState {
         k: BodyState::initial(&settings.body_k),
@@ -251,7 +250,7 @@ fn state(settings: &Settings) -> TwoBodyState<f64> {
     }
 }
 
-/// Velocity of K seen from Q, m/s.
+/// Velocity of K relative to Q, m/s.
 fn relative_m_s(settings: &Settings) -> Vector3<f64> {
     let state = state(settings);
     relative_velocity(&state.k, &state.q).linear
@@ -270,7 +269,7 @@ fn reduced_mass_kg(settings: &Settings) -> Result<f64> {
     Ok(1.0 / inverse)
 }
 
-/// A joint of a docking mechanism as a wall across its closing direction.
+/// The wall that stands for a joint of a docking mechanism, normal to its closing direction.
 fn as_wall(docking: &DockingSettings, joint: Joint) -> WallSettings {
     let closing = orientation_from_abc::<f64>(&docking.orientation_abc_rad) * Vector3::x();
     WallSettings {
@@ -288,19 +287,19 @@ fn as_wall(docking: &DockingSettings, joint: Joint) -> WallSettings {
 
 /// A wall that is approached.
 struct Met {
-    /// Until it is met, s.
+    /// Time until it is met, s.
     time_s: f64,
     /// Speed towards it, m/s.
     speed_m_s: f64,
     wall: WallSettings,
-    /// Place of the docking mechanism, if the wall stands for one that is no spring.
+    /// Index of the docking mechanism, if the wall stands for one that is not linear.
     nonlinear: Option<usize>,
 }
 
 /// The wall or docking mechanism that is met first; None if none is approached.
 fn met_first(scenario: &Scenario) -> Option<Met> {
     let mechanism = &scenario.rig.mechanism;
-    // A mechanism that is no spring takes part with none: it may be what is met first.
+    // A mechanism that is not linear takes part without stiffness, as it may be the first that is met.
     let none = Joint {
         stiffness_n_per_m: 0.0,
         damping_n_s_per_m: 0.0,
@@ -332,7 +331,7 @@ fn approach(scenario: &Scenario, wall: &WallSettings) -> (f64, f64) {
     let tip = Vector3::from(scenario.start_position_m) + start * lever;
     let state = state(&scenario.board.control);
     let relative = relative_velocity(&state.k, &state.q);
-    // K stands in the laboratory as M does at the start.
+    // At the start K has in the laboratory the orientation of M.
     let c_from_q = start * state.q_from_k().rotation.inverse();
     let velocity = c_from_q * relative.linear + start * relative.angular.cross(&lever);
     let distance_m = (tip - Vector3::from(wall.point_m)).dot(&normal) + wall.gap_m;
@@ -344,7 +343,7 @@ mod tests {
     use super::*;
     use softdock_mechanism::{EddyCurrent, HuntCrossley, Kind};
 
-    /// The spring rod with a mechanism so far before its wall, m.
+    /// The spring rod with a mechanism in front of its wall, by `ahead_m`.
     fn before_the_wall(kind: Kind, ahead_m: f64) -> Result<Rig> {
         let mut scenario = Scenario::spring_rod().unwrap();
         let wall = &scenario.rig.mechanism.walls[0];

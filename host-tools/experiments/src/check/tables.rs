@@ -1,4 +1,4 @@
-//! The answer as text.
+//! The result of the check as text.
 
 use super::{Check, LawRow};
 use softdock_report::{Cell, Column, Table};
@@ -17,7 +17,7 @@ impl Display for Check {
 }
 
 impl Check {
-    /// The chosen law in a sentence.
+    /// The result of the chosen law in a sentence.
     pub fn sentence(&self) -> String {
         let Some(row) = self.chosen() else {
             return String::new();

@@ -1,4 +1,4 @@
-//! A case: a plant, and what the board believes of it.
+//! A benchmark case: a plant, and the board's belief of it.
 
 use super::scene::Scene;
 use softdock_control::delay::actuator::ActuatorSettings;
@@ -12,16 +12,16 @@ pub const PAUSE_S: f64 = 0.016;
 /// Cycle of all cases, s.
 pub const CYCLE_S: f64 = 0.004;
 
-/// A robot with a name for tables.
+/// A robot, with a name for tables.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Robot {
-    /// Its structure.
+    /// Name of its structure.
     pub name: &'static str,
-    /// What it does.
+    /// Its dynamics.
     pub actuator: Actuator,
 }
 
-/// A plant, and what the board believes of it.
+/// A plant, and the board's belief of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
     /// Its name, in tables and for `--case`.
@@ -30,29 +30,28 @@ pub struct Case {
     pub sweep: &'static str,
     /// The true robot.
     pub robot: Robot,
-    /// How its motion is computed.
+    /// How the simulation computes its motion.
     pub formulation: Formulation,
     /// The robot that the board believes in.
     pub believed: ActuatorSettings,
-    /// A law that finds the robot to be another one than believed may refuse to go on.
+    /// Whether the law may refuse to go on when it finds a robot unlike the believed one.
     pub interlock: bool,
-    /// What is docked.
+    /// The spacecraft and the mechanism between them.
     pub scene: Scene,
     /// Errors of the feedback.
     pub measurement: Measurement,
     /// Speeds, mm/s.
     pub speeds_mm_s: Vec<f64>,
-    /// Instants of the touch within a cycle, each with noise of its own.
+    /// Number of instants of the touch within a cycle; each has its own noise.
     pub touches: usize,
-    /// Each touch has a plant of its own, see [`Case::of_touch`].
+    /// Whether each touch has another plant, see [`Case::of_touch`].
     pub perturbed: bool,
-    /// Part of the quick benchmark.
+    /// Whether the quick benchmark contains the case.
     pub quick: bool,
 }
 
 impl Case {
-    /// The canonical scenario at 5 mm/s with a robot that is known: entries change what they are
-    /// about.
+    /// The canonical case: head-on at 5 mm/s, with a robot that the board knows. An entry changes only what it is about.
     pub fn new(sweep: &'static str, name: impl Into<String>) -> Self {
         Self {
             name: name.into(),
@@ -70,21 +69,21 @@ impl Case {
         }
     }
 
-    /// With a robot that the board knows.
+    /// The case with another robot, which the board knows.
     pub fn with_robot(mut self, robot: Robot) -> Self {
         self.robot = robot;
         self.believed = belief(&robot.actuator);
         self
     }
 
-    /// The same, as a part of the quick benchmark.
+    /// The case, marked as a part of the quick benchmark.
     pub fn quick(mut self) -> Self {
         self.quick = true;
         self
     }
 
-    /// The case as it is at one of its touches. A perturbed one is spread evenly over true delay ± 6 ms, stiffness
-    /// and mass × 0.6 to 1.67, true pause ± 4 ms, and up to 0.5 N and 2 µm of noise; the board knows the mass.
+    /// The case at one of its touches. The touches of a perturbed case are spread evenly over true delay ± 6 ms, stiffness
+    /// and mass × 0.6 to 1.67, true pause ± 4 ms, and up to 0.5 N and 2 µm of noise. The board knows the mass.
     pub fn of_touch(&self, touch: usize) -> Self {
         let mut case = self.clone();
         if !self.perturbed {
@@ -144,7 +143,7 @@ const fn servo(hz: f64) -> Dynamics {
     Dynamics::Servo { hz, damping: 0.7 }
 }
 
-/// What the board would know of a robot after a perfect identification.
+/// The board's settings after a perfect identification of the robot.
 pub fn belief(actuator: &Actuator) -> ActuatorSettings {
     let mut believed = ActuatorSettings {
         delay_s: actuator.delay_s,
@@ -162,11 +161,11 @@ pub fn belief(actuator: &Actuator) -> ActuatorSettings {
     believed
 }
 
-/// Stiffness and mass of a perturbed plant, at most and at least, by those of the case.
+/// Largest factor on stiffness and mass of a perturbed plant; the smallest is its inverse.
 const WIDEST_FACTOR: f64 = 1.0 / 0.6;
 
-/// The digits of a number in a base, mirrored at the point: evenly spread over 0 to 1 (van der Corput; one prime per
-/// quantity: Halton).
+/// Van der Corput sequence in (0, 1): the digits of a number in a base, mirrored at the point, are evenly spread. With one
+/// prime base per quantity this is Halton's sequence.
 fn radical_inverse(mut number: usize, base: usize) -> f64 {
     let (mut value, mut digit) = (0.0, 1.0);
     while number > 0 {

@@ -1,25 +1,25 @@
-//! What a test should give: the bounce in closed form, or two free spacecraft.
+//! Result of an ideal test: the bounce in closed form, or a simulation of two free spacecraft.
 
 use super::case::Case;
 use super::scene::{APART_M, End, Shape};
 use nalgebra::Vector3;
 use softdock_delay_plants::truth::{Bounce, Outcome};
 
-/// What a test should give.
+/// Result of an ideal test.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ideal {
-    /// Speed after over speed before, along the normal at the probe; energy where the normal
-    /// changes: see [`restitution`].
+    /// Speed after over speed before, along the normal at the probe. Where the normal changes, the root of the ratio of
+    /// energies: see [`restitution`].
     pub restitution: f64,
     /// Kinetic energy after over energy before.
     pub energy: f64,
     /// Largest force, N.
     pub peak_force_n: f64,
-    /// Time with force over the whole test, s.
+    /// Total time with contact force, s.
     pub contact_s: f64,
-    /// Motion of K and Q after it, as [`super::trial::Moment`] has it.
+    /// Motion of K and Q after the test, as in [`super::trial::Moment`].
     pub after: [[Vector3<f64>; 2]; 2],
-    /// The closed form, where there is one.
+    /// The bounce in closed form; None where there is none.
     pub bounce: Option<Bounce>,
 }
 
@@ -27,7 +27,7 @@ pub struct Ideal {
 pub type Motion = [[Vector3<f64>; 2]; 2];
 
 impl Ideal {
-    /// For a case at a speed; `flight_s` is the flight before the touch.
+    /// The ideal result of a case at a speed; `flight_s` is the time of flight before the touch.
     pub fn new(case: &Case, speed_m_s: f64, flight_s: f64) -> Self {
         let scene = &case.scene;
         let test = scene.free_test(speed_m_s, flight_s);
@@ -76,29 +76,29 @@ impl Ideal {
     }
 }
 
-/// Speed after over speed before: of the probe along the first normal, seen from Q; positive when it
-/// comes back, after an even number of impacts between two walls when it goes on. Where the normal
-/// changes, the root of the energy's ratio.
+/// Speed after over speed before, of the probe along the first normal, relative to Q. It is positive when the probe comes
+/// back, or, after an even number of impacts between two walls, when it goes on. Where the normal changes, it is the root of
+/// the ratio of energies.
 pub fn restitution(case: &Case, impacts: usize, before: &Motion, after: &Motion) -> f64 {
     let Some(normal) = case.scene.normal() else {
         return (energy(case, after) / energy(case, before)).max(0.0).sqrt();
     };
     let closing = |motion: &Motion| {
         let [k, q] = motion;
-        // Orientations of a test stay within a degree: body axes are those of the laboratory.
+        // Orientations change by less than a degree during a test, so body axes are those of the laboratory.
         let turned = (k[1] - q[1]).cross(&Vector3::from(case.scene.probe));
         (k[0] - q[0] + turned - q[1].cross(&-apart())).dot(&Vector3::from(normal))
     };
     rebound_sign(case, impacts) * closing(after) / closing(before)
 }
 
-/// −1 where the velocity is to come back, 1 where it goes on after an even number of impacts between two walls.
+/// −1 where the velocity is expected to change its sign; 1 after an even number of impacts between two walls.
 pub fn rebound_sign(case: &Case, impacts: usize) -> f64 {
     let goes_on = case.scene.shape == Shape::TwoWalls && impacts.is_multiple_of(2);
     if goes_on { 1.0 } else { -1.0 }
 }
 
-/// From K to Q.
+/// Vector from K to Q, m.
 fn apart() -> Vector3<f64> {
     Vector3::new(APART_M, 0.0, 0.0)
 }

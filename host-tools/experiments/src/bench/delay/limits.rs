@@ -1,7 +1,7 @@
-//! What no law can do better on a first contact, when the wall is not known beforehand.
+//! Limits that hold for every law on a first contact with a wall that is not known beforehand.
 //!
-//! For a pure delay τ: nothing can be done for τ after the touch and up to a cycle more until it is
-//! seen, and not while the robot stands still at its reversal.
+//! With a pure delay τ the robot cannot react for τ after the touch, nor for up to a cycle more until the touch is measured,
+//! nor while it stands still at its reversal.
 
 use super::case::Case;
 use super::scene::End;
@@ -15,19 +15,19 @@ use softdock_delay_plants::Dynamics;
 pub struct Limits {
     /// φ = ω τ.
     pub phi: f64,
-    /// Least restitution that can be reached at all: the impulse that is spent before the robot can
-    /// turn, over m v0, less 1: φe²/2 + 2 ζ φe + φe ω Tp − 1 with φe = ω (τ + half a cycle).
+    /// Smallest restitution that any law can reach: the impulse that is spent before the robot can turn, over m v0, less 1. This
+    /// is φe²/2 + 2 ζ φe + φe ω Tp − 1 with φe = ω (τ + half a cycle).
     pub least_restitution: f64,
-    /// Least error of the peak force: the robot goes on for τ, so the peak is at least φ + ω Ts of
-    /// the ideal one where that is more than 1.
+    /// Smallest error of the peak force. The robot moves on for τ, so the peak is at least φ + ω Ts of the ideal one where
+    /// that is more than 1.
     pub least_peak_force_error: f64,
-    /// Restitution of a law that follows the predicted model without making up for the impulse that
-    /// was spent before: √(1 − φ⁴/12 + φ⁶/36).
+    /// Restitution of a law that follows the predicted model without compensating the impulse that was spent before: √(1 −
+    /// φ⁴/12 + φ⁶/36).
     pub without_balance: f64,
 }
 
 impl Limits {
-    /// Where the theory holds: a pure delay, one straight impact.
+    /// The limits of a case; None unless the theory holds: a pure delay and one straight impact.
     pub fn new(case: &Case, cycle_s: f64) -> Option<Self> {
         let (robot, scene) = (&case.robot.actuator, &case.scene);
         let pure = robot.dynamics == Dynamics::None;
@@ -53,7 +53,7 @@ impl Limits {
 mod tests {
     use super::*;
 
-    /// The canonical scenario, and one that is not feasible.
+    /// The canonical case, and one that is not feasible.
     #[test]
     fn known_limits() {
         let mut case = Case::new("x", "x");

@@ -1,12 +1,12 @@
-//! What is good and what is bad, and how tables mark it.
+//! Thresholds of good and bad results, and their marks in tables.
 
 use softdock_report::Mark;
 
 /// A restitution within this of the ideal one is good.
 const GOOD: f64 = 0.005;
-/// One that is off by more than this is bad.
+/// A restitution that is off by more than this is bad.
 pub(super) const BAD: f64 = 0.05;
-/// Part of the rebound's momentum that a law may add without a star.
+/// Momentum that a law may add, as a share of the rebound's, without a star.
 pub(super) const ADDED: f64 = 0.01;
 /// What the marks mean.
 pub(super) const MARKS: &str =

@@ -1,4 +1,4 @@
-//! The numbers of one run.
+//! Evaluation of one run.
 
 use super::case::Case;
 use super::ideal::{Ideal, Motion, energy, rebound_sign, restitution};
@@ -12,18 +12,18 @@ use softdock_delay_plants::{Log, RobotPose};
 const SAME_IMPACT_S: f64 = 0.03;
 /// Time after the release in which a law may still correct the rebound, s.
 const SETTLE_S: f64 = 0.08;
-/// Numbers are reported up to this; beyond, a run has run away.
+/// Numbers are clipped here; a run with a larger one counts as run away.
 const LARGEST: f64 = 99.0;
-/// Window after the ideal contact over which the way is compared, s.
+/// Time after the ideal contact over which positions are still compared, s.
 const AFTER_CONTACT_S: f64 = 0.04;
-/// Arm that turns an angular error into a linear one, m.
+/// Lever that converts an angular velocity error to a linear one, m.
 const ARM_M: f64 = 0.3;
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Ending {
-    /// As it should.
+    /// As intended.
     Ended,
     /// The contact was never released.
     Stuck,
@@ -33,7 +33,7 @@ pub enum Ending {
     NoContact,
     /// Fewer impacts than there should be.
     ImpactsMissing,
-    /// A fault, or numbers beyond what is reported.
+    /// A fault, or numbers beyond `LARGEST`.
     RanAway,
 }
 
@@ -42,9 +42,9 @@ pub enum Ending {
 pub struct Numbers {
     /// Speed of the model after over speed before.
     pub restitution: f64,
-    /// The same of the probe on the robot, as it was executed; none where the normal changes.
+    /// Restitution of the probe on the robot, by the executed motion; None where the normal changes.
     pub robot_restitution: Option<f64>,
-    /// Kinetic energy after, over that before, less the ideal one.
+    /// Kinetic energy after over energy before, less the ideal ratio.
     pub energy_error: f64,
     /// Largest true force over the ideal one, less 1.
     pub peak_force_error: f64,
@@ -54,8 +54,8 @@ pub struct Numbers {
     pub impulse_unaccounted: f64,
     /// Largest error of a spacecraft's velocity, over the speed of approach; rotations at 0.3 m.
     pub velocity_error: f64,
-    /// Executed less ideal way over contact and 40 ms: RMS over the ideal RMS, and largest over
-    /// v0/ω. Only where the bounce has a closed form.
+    /// Error of the executed position over contact and 40 ms: its RMS over the ideal RMS, and its largest value over v0/ω.
+    /// None unless the bounce has a closed form.
     pub tracking: Option<(f64, f64)>,
     /// Largest command over the speed of approach.
     pub command_peak: f64,
@@ -63,7 +63,7 @@ pub struct Numbers {
     pub ending: Ending,
 }
 
-/// An impact: contacts that follow each other at once.
+/// An impact: contacts separated by less than [`SAME_IMPACT_S`].
 #[derive(Clone, Copy, Debug)]
 struct Impact {
     touch_s: f64,
@@ -72,7 +72,7 @@ struct Impact {
     peak_force_n: f64,
 }
 
-/// Judges a run.
+/// Evaluates a run against the ideal test.
 pub fn measure(case: &Case, speed_m_s: f64, ideal: &Ideal, trial: &Trial) -> Numbers {
     let impacts = impacts(&trial.log);
     let (Some(first), Some(begin)) = (impacts.first(), trial.moments.first()) else {
@@ -111,7 +111,7 @@ pub fn measure(case: &Case, speed_m_s: f64, ideal: &Ideal, trial: &Trial) -> Num
     bounded(numbers)
 }
 
-/// A run without a contact: nothing came back.
+/// The numbers of a run without a contact.
 fn nothing(ideal: &Ideal, ending: Ending) -> Numbers {
     Numbers {
         restitution: 0.0,
@@ -152,7 +152,7 @@ fn impacts(log: &Log) -> Vec<Impact> {
     impacts
 }
 
-/// When the model's velocity after the test is read.
+/// Time at which the model's velocity after the test is read, s.
 fn settled_s(case: &Case, counted: &[Impact], next: Option<&Impact>) -> f64 {
     let last = counted.last().and_then(|i| i.release_s);
     match (case.scene.end, last) {
@@ -168,7 +168,8 @@ fn last_before(moments: &[Moment], time_s: f64) -> Option<&Moment> {
     moments.iter().take_while(|m| m.time_s < time_s).last()
 }
 
-/// Executed velocity of the probe along the normal, after over before, signed as [`restitution`].
+/// Restitution of the probe by the executed velocity along the normal, signed as [`restitution`]. None where the normal
+/// changes.
 fn robot_restitution(
     case: &Case,
     impacts: usize,
@@ -209,7 +210,8 @@ fn velocity_error(ideal: &Ideal, end: &Motion) -> f64 {
     apart(&end[0], &ideal.after[0]).max(apart(&end[1], &ideal.after[1]))
 }
 
-/// Over the ideal contact and a little more, from the robot's own touch on.
+/// Position error from the robot's own touch on, over the ideal contact and [`AFTER_CONTACT_S`]: normalised RMS, and
+/// normalised peak.
 fn tracking(case: &Case, speed_m_s: f64, ideal: &Ideal, trial: &Trial) -> Option<(f64, f64)> {
     let bounce = ideal.bounce?;
     let touch_s = trial.log.contacts.first()?.touch_s;
@@ -245,7 +247,7 @@ fn ending(case: &Case, trial: &Trial, impacts: &[Impact], count: usize) -> Endin
     }
 }
 
-/// Nothing beyond what is reported; where something is, the run has run away.
+/// Clips the numbers to [`LARGEST`]; if one was clipped, the ending becomes [`Ending::RanAway`].
 fn bounded(mut numbers: Numbers) -> Numbers {
     let (nrms, peak) = numbers.tracking.unwrap_or((0.0, 0.0));
     let mut tracking = [nrms, peak];

@@ -8,9 +8,9 @@ use softdock_control::delay::LawName;
 use softdock_io::identity;
 use softdock_report::{Page, Plot, Series};
 
-/// Restitutions beyond this are drawn here.
+/// Larger restitutions are drawn at this value.
 const DRAWN: f64 = 3.0;
-/// Lines that differ in colour; further ones are dashed.
+/// Number of colours of lines; further lines are dashed.
 const COLOURS: usize = 6;
 
 /// Tables and plots of all rows.
@@ -45,7 +45,7 @@ pub fn page(rows: &[Row], laws: &[LawName]) -> Result<Page> {
     Ok(page)
 }
 
-/// The laws with the very robot and contact that they were told of; `rows` is not empty.
+/// Section on cases in which the board knows robot and contact; `rows` is not empty.
 fn everything_known(
     page: &mut Page,
     rows: &[&Row],
@@ -66,7 +66,7 @@ fn everything_known(
     Ok(())
 }
 
-/// The laws where robot or contact is another one.
+/// Section on cases in which robot or contact differs from the board's belief.
 fn not_as_believed(page: &mut Page, rows: &[&Row], laws: &[LawName], best_first: &[LawName]) {
     page.section("What is not as believed");
     page.paragraph(

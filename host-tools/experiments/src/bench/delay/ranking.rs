@@ -11,15 +11,15 @@ use softdock_report::{Cell, Column, Format, Table};
 pub struct Standing<'a> {
     /// The law.
     pub law: LawName,
-    /// Its rows that are right, within the limits of their case, and all that it did not refuse.
+    /// Number of right rows (see `is_right`), among those that the law did not refuse.
     pub right: usize,
-    /// See `right`.
+    /// Number of rows that the law did not refuse.
     pub of: usize,
-    /// Rows with a run that left every bound, stuck, or missed an impact.
+    /// Rows with a run that ran away, stuck, or missed an impact.
     pub failed: usize,
     /// The row with the largest error of the restitution.
     pub worst: Option<&'a Row>,
-    /// Largest part of the rebound's momentum that no measured force accounts for.
+    /// Largest share of the rebound's momentum that no measured force accounts for.
     pub added: f64,
 }
 
@@ -49,19 +49,18 @@ impl<'a> Standing<'a> {
         self.worst.map_or(0.0, Row::error)
     }
 
-    /// Of so many rows, so many.
+    /// `right` of `of`, in words.
     fn right_of(&self) -> String {
         format!("{} of {}", self.right, self.of)
     }
 }
 
-/// A rebound that is near the ideal one, and that measured force made.
+/// Whether the rebound is near the ideal one, and measured force accounts for its momentum.
 fn is_right(row: &Row) -> bool {
     row.failed == 0 && row.error() <= BAD && row.impulse_unaccounted.abs() <= ADDED
 }
 
-/// The laws, the best first: the one with the smallest share of rows that are not right, and of these the one with
-/// the smallest error.
+/// The laws, the best first: ordered by the share of rows that are not right, then by the error.
 pub fn standings<'a>(rows: &[&'a Row], laws: &[LawName]) -> Vec<Standing<'a>> {
     let mut all: Vec<Standing<'_>> = laws.iter().map(|law| Standing::of(*law, rows)).collect();
     all.sort_by(|a, b| {
@@ -71,7 +70,7 @@ pub fn standings<'a>(rows: &[&'a Row], laws: &[LawName]) -> Vec<Standing<'a>> {
     all
 }
 
-/// What the numbers say.
+/// The ranking in a sentence.
 pub fn sentence(standings: &[Standing<'_>]) -> String {
     let right = format!(
         "within {:.0} % of the ideal rebound, and at most {:.0} % of its momentum is not from measured force",
@@ -121,7 +120,7 @@ pub fn table(standings: &[Standing<'_>]) -> Table {
     table.explained(MARKS)
 }
 
-/// Where a row belongs: its case, unless that is the robot with everything known.
+/// Name of a row's case; for the headline, where everything is known, the robot.
 fn place(row: &Row) -> String {
     let case = if row.sweep == HEADLINE {
         row.actuator

@@ -6,8 +6,7 @@ use super::measure::{Ending, Numbers};
 use serde::Serialize;
 use softdock_control::delay::LawName;
 
-/// One law on one case at one speed. Each number is the worst over the touches: the one farthest
-/// from what it should be.
+/// One law on one case at one speed. Each number is that of the worst touch: the farthest from its ideal value.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
     /// The case.
@@ -20,13 +19,13 @@ pub struct Row {
     pub actuator: &'static str,
     /// Speed of the approach, mm/s.
     pub speed_mm_s: f64,
-    /// Speed after over speed before, along the normal; of an even number of impacts, along the
-    /// first approach; where the normal changes, the root of the energy's ratio.
+    /// Speed after over speed before, along the normal; after an even number of impacts, along the first approach. Where the
+    /// normal changes, the root of the ratio of energies.
     pub restitution: f64,
-    /// The same of the robot, as it was executed: a law that reports a good rebound of the model may lead the
-    /// robot elsewhere. None where the normal changes.
+    /// Restitution of the robot by its executed motion: a law may report a good rebound of the model and lead the robot
+    /// elsewhere. None where the normal changes.
     pub robot_restitution: Option<f64>,
-    /// What the ideal test gives.
+    /// Restitution of the ideal test.
     pub expected_restitution: f64,
     /// Kinetic energy after over before, less the ideal ratio.
     pub energy_error: f64,
@@ -34,28 +33,27 @@ pub struct Row {
     pub peak_force_error: f64,
     /// Time in contact over the ideal one, less 1.
     pub contact_time_error: f64,
-    /// (∫ measured force dt − m Δv of the model) / (2 m v0): what moved the model without being
-    /// measured.
+    /// (∫ measured force dt − m Δv of the model) / (2 m v0): momentum of the model that no measured force accounts for.
     pub impulse_unaccounted: f64,
     /// Error of a spacecraft's velocity over the speed of approach, rotations at 0.3 m.
     pub velocity_error: f64,
-    /// Mean restitution.
+    /// Mean restitution over the touches.
     pub restitution_mean: f64,
-    /// Its standard deviation.
+    /// Standard deviation of the restitution over the touches.
     pub restitution_sd: f64,
-    /// Executed less ideal way: RMS over the ideal RMS.
+    /// Error of the executed position: RMS over the ideal RMS.
     pub tracking_nrms: Option<f64>,
-    /// Its largest value over v0/ω.
+    /// Largest error of the executed position over v0/ω.
     pub tracking_peak: Option<f64>,
     /// Largest command over the speed of approach.
     pub command_peak: f64,
-    /// How many instants of the touch within a cycle.
+    /// Number of instants of the touch within a cycle.
     pub touches: usize,
     /// Runs that ran away, stuck, or missed an impact.
     pub failed: usize,
     /// The worst ending.
     pub ending: Ending,
-    /// What no law can do better.
+    /// Limits that hold for every law.
     pub limits: Option<Limits>,
 }
 
@@ -63,7 +61,7 @@ pub struct Row {
 struct Runs<'a>(&'a [Numbers]);
 
 impl Runs<'_> {
-    /// The number that is farthest from another one, which stands for none.
+    /// The value that is farthest from `from`; without any run `from`.
     fn worst(&self, pick: fn(&Numbers) -> f64, from: f64) -> f64 {
         let farther = |a: f64, b: f64| {
             if (b - from).abs() > (a - from).abs() {
@@ -76,7 +74,7 @@ impl Runs<'_> {
         values.reduce(farther).unwrap_or(from)
     }
 
-    /// The worst of the robot, where it is told.
+    /// The robot's restitution that is farthest from the expected one; None where no run has one.
     fn robot_restitution(&self, expected: f64) -> Option<f64> {
         let robots = self.0.iter().filter_map(|r| r.robot_restitution);
         robots.max_by(|a, b| (a - expected).abs().total_cmp(&(b - expected).abs()))
@@ -90,7 +88,7 @@ impl Runs<'_> {
         (mean, (squares / count).sqrt())
     }
 
-    /// The largest error of the way, where the bounce has a closed form.
+    /// The largest tracking error; None unless the bounce has a closed form.
     fn tracking(&self, pick: fn((f64, f64)) -> f64) -> Option<f64> {
         let values = self.0.iter().filter_map(|r| r.tracking.map(pick));
         values.reduce(f64::max)
@@ -109,7 +107,7 @@ impl Runs<'_> {
 }
 
 impl Row {
-    /// From the runs of all touches.
+    /// Summarises the runs of all touches.
     pub fn new(
         case: &Case,
         law: LawName,
@@ -151,12 +149,12 @@ impl Row {
         self.restitution - self.expected_restitution
     }
 
-    /// Its size.
+    /// Magnitude of that error.
     pub fn error(&self) -> f64 {
         self.restitution_error().abs()
     }
 
-    /// Likewise of the robot; 0 where it is not told.
+    /// The same error of the robot's restitution; 0 where there is none.
     pub fn robot_restitution_error(&self) -> f64 {
         self.robot_restitution
             .map_or(0.0, |e| e - self.expected_restitution)

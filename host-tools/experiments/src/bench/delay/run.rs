@@ -30,12 +30,12 @@ pub fn run(
         .collect()
 }
 
-/// Rows that [`run`] makes.
+/// Number of rows that [`run`] returns.
 pub fn rows(cases: &[Case], laws: &[LawName]) -> usize {
     cases.iter().map(|c| c.speeds_mm_s.len()).sum::<usize>() * laws.len()
 }
 
-/// One row.
+/// Computes one row.
 ///
 /// # Errors
 /// Those of [`run`].

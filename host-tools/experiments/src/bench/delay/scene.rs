@@ -1,4 +1,4 @@
-//! What a case docks: two spacecraft and the mechanism between them, for any speed.
+//! The docking of a case: two spacecraft and the mechanism between them, for any speed.
 
 use softdock_control::settings::BodySettings;
 use softdock_delay_plants::truth::{Body, FreeTest, Twist};
@@ -11,7 +11,7 @@ pub const MASS_KG: f64 = 500.0;
 pub const INERTIA_KG_M2: [f64; 3] = [180.0, 220.0, 210.0];
 /// ω = √(k/m) of the contact unless a case says otherwise, rad/s.
 pub const OMEGA_RAD_S: f64 = 21.0;
-/// From the spacecraft K to the spacecraft Q, m along x.
+/// Distance from the spacecraft K to the spacecraft Q along x, m.
 pub(super) const APART_M: f64 = 1.0;
 
 /// Shape of what is touched.
@@ -21,12 +21,11 @@ pub enum Shape {
     Wall([f64; 3]),
     /// Two walls that face each other along x.
     TwoWalls,
-    /// The inside of a cone along x: half its opening (rad), and how far beside its axis the probe
-    /// comes in, in m per m/s of speed.
+    /// The inside of a cone along x. The probe comes in beside its axis.
     Cone {
         /// Angle between axis and wall, rad.
         half_angle: f64,
-        /// Offset from the axis per speed, s.
+        /// Offset of the probe from the axis, divided by the speed of approach, s.
         beside_s: f64,
     },
 }
@@ -51,11 +50,11 @@ pub struct Scene {
     pub probe: [f64; 3],
     /// Direction of the approach, a unit vector.
     pub direction: [f64; 3],
-    /// Angular velocity of K per speed, rad/m.
+    /// Angular velocity of K divided by its speed, rad/m.
     pub spin: [f64; 3],
-    /// What is touched.
+    /// Shape of the surface that is touched.
     pub shape: Shape,
-    /// Its force.
+    /// Force law of the contact.
     pub law: ForceLaw,
     /// When the test is over.
     pub end: End,
@@ -76,7 +75,7 @@ impl Scene {
         }
     }
 
-    /// With a damping ratio of the head-on contact.
+    /// The scene with the damping ratio `zeta` of the head-on contact.
     pub fn damped(mut self, zeta: f64) -> Self {
         self.law.damping = 2.0 * zeta * (self.law.stiffness * self.mass_kg).sqrt();
         self
@@ -113,13 +112,13 @@ impl Scene {
         }
     }
 
-    /// The mechanism, such that the probe touches after a flight of this length at this speed.
+    /// The mechanism, placed such that the probe touches after a flight of `flight_s` at this speed.
     pub fn contact(&self, speed_m_s: f64, flight_s: f64) -> Contact {
         let law = self.law;
         let wall =
             |point: [f64; 3], normal: [f64; 3]| -> Surface { Wall { point, normal, law }.into() };
         let flown = speed_m_s * flight_s;
-        // A slow spin moves the probe along the circle's tangent.
+        // The spin is slow: the probe moves along the tangent.
         let turned = cross(self.spin, self.probe);
         let touch: [f64; 3] =
             std::array::from_fn(|i| self.probe[i] + flown * (self.direction[i] + turned[i]));
@@ -154,7 +153,7 @@ impl Scene {
         }
     }
 
-    /// The ideal test.
+    /// The simulation of the ideal test.
     pub fn free_test(&self, speed_m_s: f64, flight_s: f64) -> FreeTest {
         let body = |mass_kg, inertia_kg_m2, x, velocity| Body {
             mass_kg,
@@ -178,7 +177,7 @@ impl Scene {
         }
     }
 
-    /// The two spacecraft as the board is told of them.
+    /// Settings of the two spacecraft for the board.
     pub fn spacecraft(&self, speed_m_s: f64) -> [BodySettings; 2] {
         let diagonal = |[x, y, z]: [f64; 3]| [[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]];
         let k = BodySettings {
@@ -206,12 +205,12 @@ impl Scene {
         PI / OMEGA_RAD_S.min(self.omega().max(5.0))
     }
 
-    /// Moments of inertia of K, kg·m²: those of the canonical spacecraft, by mass.
+    /// Moments of inertia of K, kg·m²: those of the canonical spacecraft, scaled by the mass.
     pub(super) fn inertia(&self) -> [f64; 3] {
         INERTIA_KG_M2.map(|i| i * self.mass_kg / MASS_KG)
     }
 
-    /// Those of Q.
+    /// Moments of inertia of Q, kg·m².
     pub(super) fn other_inertia(&self) -> [f64; 3] {
         let mass = if self.other_mass_kg.is_finite() {
             self.other_mass_kg

@@ -7,7 +7,7 @@ use super::row::Row;
 use softdock_control::delay::LawName;
 use softdock_report::{Cell, Column, Format, Mark, Table};
 
-/// What the star means.
+/// Meaning of the star.
 pub const STAR: &str = "* the law moved the model by more than measured force: over 1 % of 2 m v0";
 /// Sweeps of which mean and spread are shown.
 const SPREAD: [&str; 3] = ["noise", "jitter", "perturbed"];
@@ -134,7 +134,7 @@ fn worst_cells(robot: &str, law: LawName, rows: &[&Row]) -> Vec<Cell> {
     ]
 }
 
-/// One line per case and speed, one column per law. A robot or a speed that is the same in all lines stands below them.
+/// One line per case and speed, one column per law. If all lines have the same robot or speed, it is named below the table.
 pub fn cases(rows: &[&Row], laws: &[LawName], best_first: &[LawName]) -> Table {
     let robot = rows.first().map(|row| row.actuator);
     let robot = robot.filter(|robot| rows.iter().all(|row| row.actuator == *robot));
@@ -169,7 +169,7 @@ pub fn cases(rows: &[&Row], laws: &[LawName], best_first: &[LawName]) -> Table {
     table.explained(below.join("; "))
 }
 
-/// Mean and standard deviation where something is drawn by chance: one line per case, one column per law.
+/// Mean and standard deviation of cases with random noise, jitter or plants: one line per case, one column per law.
 pub fn spread(rows: &[&Row], laws: &[LawName], best_first: &[LawName]) -> Table {
     let drawn = |row: &&&Row| SPREAD.contains(&row.sweep);
     let rows: Vec<&Row> = rows.iter().filter(drawn).copied().collect();
@@ -191,7 +191,7 @@ pub fn spread(rows: &[&Row], laws: &[LawName], best_first: &[LawName]) -> Table 
     table
 }
 
-/// What no law can do better, case by case, where the theory holds.
+/// Limits that hold for every law, case by case, where the theory holds.
 pub fn limits(rows: &[Row]) -> Table {
     let mut table = Table::new(vec![
         Column::text("case"),
@@ -227,7 +227,7 @@ fn groups<'a>(rows: &'a [&'a Row], laws: &[LawName]) -> impl Iterator<Item = &'a
     rows.chunks(laws.len().max(1))
 }
 
-/// The worst restitution; with a star where the law added momentum.
+/// The worst restitution, with a star where the law added momentum.
 fn restitution(row: &Row) -> Cell {
     let added = row.impulse_unaccounted.abs() > ADDED;
     let star = if added { "*" } else { "" };

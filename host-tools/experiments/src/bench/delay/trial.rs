@@ -10,16 +10,16 @@ use softdock_control::settings::Settings;
 use softdock_delay_plants::{Axes, Log, Measurement, Plant, PlantSettings, RobotPose, Sample};
 use softdock_rig::board::cycle_driver::CycleDriver;
 
-/// The robot stands still before the start, in cycles: as an operator would let it, and long enough
-/// for laws that look at the resting robot.
+/// Cycles in which the robot stands still before the start, as with an operator; long enough for laws that observe the
+/// resting robot.
 const REST_CYCLES: usize = 40;
 /// Flight at full speed before the touch, in cycles.
 const FLIGHT_CYCLES: f64 = 150.0;
 /// Time after the first contact of a single impact, s.
 const AFTER_S: f64 = 0.5;
-/// Time for repeated impacts over that of ideal ones.
+/// Allowed time for repeated impacts, relative to that of ideal ones.
 const SLOWER: f64 = 1.4;
-/// Standard deviations of the sensor's noise from which an engineer lets a contact count.
+/// Threshold of a contact in standard deviations of the sensor's noise, as an engineer would set it.
 const BEYOND_NOISE: f64 = 5.0;
 
 /// One run of a case.
@@ -37,10 +37,10 @@ pub struct Setup<'a> {
     pub seed: u64,
 }
 
-/// The board in one cycle.
+/// State of the board in one cycle.
 #[derive(Clone, Copy, Debug)]
 pub struct Moment {
-    /// When pose and wrench were measured, s.
+    /// Time at which pose and wrench were measured, s.
     pub time_s: f64,
     /// Velocity of K: linear in C, m/s; angular in body axes, rad/s.
     pub k: [Vector3<f64>; 2],
@@ -57,11 +57,11 @@ pub struct Moment {
 pub struct Trial {
     /// Every cycle since the start.
     pub moments: Vec<Moment>,
-    /// What the plant really did.
+    /// True motion and contacts of the plant.
     pub log: Log,
-    /// From the start to the touch, along the approach, m.
+    /// Distance from the start to the touch along the approach, m.
     pub distance_m: f64,
-    /// The fault that ended it.
+    /// The fault that ended the run, if any.
     pub fault: Option<Fault>,
 }
 
@@ -70,7 +70,8 @@ pub fn settings(case: &Case, law: LawName, speed_m_s: f64) -> Settings {
     let mut settings = Settings::default();
     [settings.body_k, settings.body_q] = case.scene.spacecraft(speed_m_s);
     settings.delay.law = law;
-    // As the paper has it, and as `reproduce` runs it; the other laws take what is never late.
+    // `None` and `Seed` as in the paper and in `reproduce`; the other laws use the velocity at the end of a cycle, which is
+    // not late.
     let printed = matches!(law, LawName::None | LawName::Seed);
     settings.delay.model_velocity = if printed {
         ModelVelocity::Mean
@@ -80,7 +81,7 @@ pub fn settings(case: &Case, law: LawName, speed_m_s: f64) -> Settings {
     settings.delay.actuator = case.believed.clone();
     settings.delay.predictor.interlock = case.interlock;
     let quiet_n = BEYOND_NOISE * case.measurement.force_noise_n;
-    // This law must be told the stiffness: that of the canonical contact.
+    // This law needs a stiffness: that of the canonical contact.
     settings.delay.desired_restitution.stiffness_n_per_m = MASS_KG * OMEGA_RAD_S * OMEGA_RAD_S;
     for threshold_n in [
         &mut settings.delay.smith.threshold_n,
@@ -98,13 +99,12 @@ pub fn settings(case: &Case, law: LawName, speed_m_s: f64) -> Settings {
     settings
 }
 
-/// Time from the start of the motion to the touch for a robot that is not late, and for the ideal
-/// test, s.
+/// Time from the start of the motion to the touch, for a robot without delay and for the ideal test, s.
 pub fn flight_s(touch_instant: f64, cycle_s: f64) -> f64 {
     (FLIGHT_CYCLES + touch_instant) * cycle_s
 }
 
-/// Runs it.
+/// Runs the trial.
 ///
 /// # Errors
 /// The board refuses its settings or the start.
@@ -148,8 +148,7 @@ fn cycles(case: &Case, settings: &Settings, flight_s: f64) -> usize {
     let contact_s = case.scene.contact_s();
     let test_s = match case.scene.end {
         End::After(s) => s,
-        // From wall to wall is twice the flight of the first approach, and slower with a law that
-        // takes energy away.
+        // From wall to wall takes twice the flight of the first approach, and longer with a law that takes energy away.
         End::Impacts(n) => {
             let to_and_fro_s = (n - 1) as f64 * (2.0 * flight_s + contact_s);
             contact_s + SLOWER * to_and_fro_s + AFTER_S
@@ -160,7 +159,7 @@ fn cycles(case: &Case, settings: &Settings, flight_s: f64) -> usize {
     REST_CYCLES + start as usize + flown
 }
 
-/// One cycle of the board: the velocity of X Y Z A B C that goes to the robot.
+/// One cycle of the board. Returns the velocity of X Y Z A B C that is sent to the robot, and the state of the board.
 fn cycle(board: &mut CycleDriver<f64>, n: usize, sample: &Sample) -> Result<(Axes, Moment)> {
     let command = match n {
         0 => Some(Command::Hold),

@@ -5,24 +5,24 @@ use serde::Serialize;
 use softdock_hidden_effects::score::Rate;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Cases below which a share says little.
+/// With fewer cases than this the share is hardly informative.
 pub const FEW: usize = 20;
 
 /// Coverage of the intervals of one effect, or of all.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Coverage {
-    /// Id of the effect; `all`.
+    /// Id of the effect, or `all`.
     pub effect: String,
     /// Cases in which the effect was hidden and named.
     pub cases: usize,
     /// Intervals that contain the true value.
     pub right: usize,
-    /// Intervals.
+    /// Number of intervals.
     pub of: usize,
 }
 
 impl Coverage {
-    /// Of some rows; `effect` None: of all effects.
+    /// Coverage in some rows, of one effect or (None) of all effects.
     fn of(effect: Option<&str>, rows: &[Row]) -> Self {
         let counts = |id: &str| effect.is_none_or(|effect| effect == id);
         let mut cases = BTreeSet::new();
@@ -42,7 +42,7 @@ impl Coverage {
         }
     }
 
-    /// Share that contains the true value.
+    /// Share of the intervals that contain the true value.
     pub fn share(&self) -> f64 {
         self.right as f64 / self.of.max(1) as f64
     }
@@ -61,23 +61,23 @@ pub fn coverage(rows: &[Row]) -> Vec<Coverage> {
     all
 }
 
-/// Of the effects that were said with a probability in a range, how many were hidden.
+/// Calibration of probabilities: how many of the effects that were named with a probability in a range were hidden.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Said {
-    /// Lower end of the range, which counts.
+    /// Lower end of the range, included.
     pub from: f64,
-    /// Upper end.
+    /// Upper end of the range.
     pub to: f64,
-    /// Effects that were hidden.
+    /// Number of these effects that were hidden.
     pub right: usize,
-    /// Effects that were named.
+    /// Number of effects that were named.
     pub of: usize,
 }
 
 /// Ends of the ranges of a probability.
 const ENDS: [f64; 6] = [0.0, 0.5, 0.8, 0.95, 0.99, 1.0];
 
-/// Said probabilities against what came true.
+/// Calibration of the probabilities of named effects, by range.
 pub fn said(rows: &[Row]) -> Vec<Said> {
     let mut named: BTreeMap<usize, Rate> = BTreeMap::new();
     for row in rows {

@@ -1,4 +1,4 @@
-//! How often a diagnosis is right, on logs with effects that are known to whoever hid them.
+//! How often a diagnosis is right, on logs whose hidden effects are known.
 //!
 //! The logs come from a generator that knows nothing of this program's own effects, or from a
 //! folder of docking-rig-log/1 cases with their `truth.json`.
@@ -22,7 +22,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use truth::Interval;
 
-/// One case with what was said about it.
+/// One case and its diagnosis.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
     /// Its name.
@@ -33,15 +33,15 @@ pub struct Row {
     pub size: f64,
     /// Its noise.
     pub noise: NoiseRange,
-    /// What is hidden.
+    /// Ids of the hidden effects.
     pub hidden: Vec<String>,
-    /// What was said.
+    /// Verdict of the diagnosis.
     pub verdict: Verdict,
     /// The effects that were named.
     pub effects: Vec<String>,
-    /// Verdict and effects are right.
+    /// Whether verdict and effects are right.
     pub right: bool,
-    /// Share of the removable error that is gone on unseen data, %.
+    /// Share of the removable error that the answer removes on unseen data, %.
     pub drop_percent: Option<f64>,
     /// Time of the diagnosis, s.
     pub seconds: f64,
@@ -51,7 +51,7 @@ pub struct Row {
     pub probability: BTreeMap<String, f64>,
     /// Intervals of hidden effects that were named.
     pub intervals: Vec<Interval>,
-    /// How much the logs say for the strongest effect, named or not.
+    /// Evidence of the strongest effect, named or not.
     pub strongest_evidence: StrongestEvidence,
 }
 
@@ -165,7 +165,7 @@ pub fn truths(path: &Path) -> anyhow::Result<Vec<(String, Truth)>> {
     Ok(truths.into_iter().collect())
 }
 
-/// A case with its answer.
+/// A case with truth and answer.
 struct Judged {
     truth: Truth,
     answer: Answer,

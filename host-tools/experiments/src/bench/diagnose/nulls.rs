@@ -1,4 +1,4 @@
-//! How much evidence there is for anything in logs with nothing hidden, and the limit that follows.
+//! Evidence for any effect in logs with nothing hidden, and the limit that follows.
 
 use super::Row;
 use serde::Serialize;
@@ -7,34 +7,34 @@ use softdock_hidden_effects::score::quantile;
 use softdock_hidden_effects::{NoiseRange, Verdict};
 use std::collections::BTreeSet;
 
-/// Share of logs in which the limit that is asked for lets an effect through.
+/// Accepted share of logs in which the limit lets an effect pass.
 const RARE: f64 = 1e-3;
-/// Quantile above which the tail is fitted: a fifth of the logs.
+/// Quantile above which the tail is fitted: a fifth of the logs lie there.
 const BODY: f64 = 0.8;
 
-/// Evidence of one stage in logs with nothing hidden: quantiles of the largest of each log.
+/// Evidence of one stage in logs with nothing hidden: quantiles, over the logs, of the largest evidence of each.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StageEvidence {
-    /// The stage; `any` for the largest of all.
+    /// Name of the stage; `any` for the largest evidence of all stages.
     pub stage: &'static str,
-    /// Logs in which any effect gained enough to be looked at closely.
+    /// Number of logs in which an effect gained enough to be examined closely.
     pub logs: usize,
-    /// Half of all logs stay below; None where no effect was looked at closely.
+    /// Median over all logs; None where no effect was examined closely.
     pub median: Option<f64>,
-    /// 90 % of all logs.
+    /// 90 % quantile over all logs.
     pub of_90_percent: Option<f64>,
-    /// 99 % of all logs.
+    /// 99 % quantile over all logs.
     pub of_99_percent: Option<f64>,
-    /// The largest.
+    /// Largest evidence of all logs.
     pub most: Option<f64>,
 }
 
-/// A generalised Pareto law of what exceeds `above`: P(excess > x) = (1 + shape x / scale)^(-1/shape).
+/// A generalised Pareto distribution of values above a threshold: P(excess > x) = (1 + shape x / scale)^(-1/shape).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Tail {
-    /// Where the tail begins.
+    /// Threshold at which the tail begins.
     pub above: f64,
-    /// Values in it.
+    /// Number of values in the tail.
     pub count: usize,
     /// Scale.
     pub scale: f64,
@@ -42,39 +42,39 @@ pub struct Tail {
     pub shape: f64,
 }
 
-/// What was said of logs with nothing hidden.
+/// Answers about logs with nothing hidden, for one kind of noise.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Alarms {
-    /// Their noise.
+    /// Kind of noise.
     pub noise: NoiseRange,
     /// Number of logs.
     pub logs: usize,
     /// Logs in which an effect was named.
     pub false_names: usize,
-    /// Logs of which anything else but "nothing is missing" was said.
+    /// Number of logs with another verdict than "nothing is missing".
     pub other_verdicts: usize,
     /// The largest evidence of any effect.
     pub most: Option<f64>,
 }
 
-/// What logs with nothing hidden say. The limit is that of logs whose velocities have white noise:
-/// under another one the evidence is not what it is called, and no limit helps.
+/// Result of logs with nothing hidden. The limit is that of logs whose velocities have white noise: under another noise the
+/// evidence is no log-odds, and no limit helps.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Nothing {
-    /// What was said, by noise.
+    /// Answers by kind of noise.
     pub alarms: Vec<Alarms>,
     /// Evidence by stage, where the noise of the velocity is white.
     pub stages: Vec<StageEvidence>,
-    /// Law of the largest evidence of such a log.
+    /// Distribution of the largest evidence of such a log.
     pub tail: Option<Tail>,
-    /// Evidence that one log in 1,000 reaches by that law.
+    /// Evidence that one log in 1,000 exceeds by that distribution.
     pub limit_of_1_in_1000: Option<f64>,
     /// Evidence from which an effect is named.
     pub limit_in_force: f64,
 }
 
 impl Nothing {
-    /// Of rows with nothing hidden.
+    /// Evaluates rows with nothing hidden.
     pub fn of(rows: &[Row]) -> Self {
         let white = rows.iter();
         let white = white.filter(|row| row.noise != NoiseRange::ColouredVelocity);
@@ -126,7 +126,7 @@ fn any(evidence: &StrongestEvidence) -> Option<f64> {
 }
 
 impl StageEvidence {
-    /// A log without any effect that was looked at closely lies below all others.
+    /// Quantiles of one stage. A log in which no effect was examined closely (None) counts as less than all others.
     fn of(stage: &'static str, values: Vec<Option<f64>>) -> Self {
         let below = |value: Option<f64>| value.unwrap_or(f64::NEG_INFINITY);
         let logs = values.iter().flatten().count();
@@ -145,12 +145,12 @@ impl StageEvidence {
 }
 
 impl Tail {
-    /// Fewest values that a law is fitted to.
+    /// Fewest values to which a distribution is fitted.
     const FEWEST: usize = 10;
 
-    /// Fits the largest of ascending values, of `logs` in all, by probability-weighted moments
-    /// (Hosking and Wallis 1987, Technometrics 29). A tail that would end is taken as exponential:
-    /// evidence has no upper bound.
+    /// Fits the tail of ascending values of `logs` logs by probability-weighted moments (Hosking and Wallis 1987,
+    /// Technometrics 29). A negative shape, which means an upper bound, is replaced by an exponential tail, as evidence has
+    /// none. None if there are too few values.
     fn of(sorted: &[f64], logs: usize) -> Option<Self> {
         let count = ((1.0 - BODY) * logs as f64) as usize;
         let begin = sorted.len().checked_sub(count + 1)?;
@@ -179,7 +179,7 @@ impl Tail {
         })
     }
 
-    /// What this share of `logs` exceeds.
+    /// The value that this share of `logs` exceeds.
     fn exceeded_by(&self, share: f64, logs: usize) -> f64 {
         let part = self.count as f64 / (share * logs as f64);
         let multiple = if self.shape > 1e-6 {
@@ -195,7 +195,7 @@ impl Tail {
 mod tests {
     use super::*;
 
-    /// Quantiles of a law at equal distances.
+    /// Quantiles of a distribution at equal distances of probability.
     fn values(of: impl Fn(f64) -> f64) -> Vec<f64> {
         (0..1000)
             .map(|i| of((f64::from(i) + 0.5) / 1000.0))

@@ -6,7 +6,7 @@ use super::{Bench, Row, rates};
 use softdock_hidden_effects::{NoiseRange, Verdict};
 use softdock_report::{Cell, Column, Table};
 
-/// Cases with what was said of each.
+/// One line per case, with its diagnosis.
 pub fn cases(rows: &[&Row]) -> Table {
     let mut table = of_text(&["case", "size", "hidden", "said", "right", "error gone"]);
     for row in rows {
@@ -34,7 +34,7 @@ pub fn cases(rows: &[&Row]) -> Table {
     table
 }
 
-/// How many are found of each size.
+/// Number of found effects by size.
 pub fn ladder(rows: &[Row]) -> Table {
     let mut sizes: Vec<f64> = rows.iter().map(|r| r.size).collect();
     sizes.sort_by(|a, b| b.total_cmp(a));
@@ -88,7 +88,7 @@ pub fn coverage(all: &[Coverage]) -> Table {
     table
 }
 
-/// Said probabilities against what came true.
+/// Calibration of the probabilities.
 pub fn probabilities(all: &[Said]) -> Table {
     let mut table = of_text(&["probability that was said", "effects", "hidden"]);
     for one in all {
@@ -98,7 +98,7 @@ pub fn probabilities(all: &[Said]) -> Table {
     table
 }
 
-/// Time of a diagnosis, and the memory of all that ran at once.
+/// Duration of a diagnosis, and the peak memory of all that ran in parallel.
 pub fn cost(scored: &Bench, memory_mb: Option<f64>) -> Table {
     let mut table = of_text(&["a diagnosis takes", ""]);
     for (name, share) in [("median", 0.5), ("90 %", 0.9), ("longest", 1.0)] {
@@ -117,7 +117,7 @@ pub fn cost(scored: &Bench, memory_mb: Option<f64>) -> Table {
     table
 }
 
-/// What was said of logs with nothing hidden.
+/// Answers about logs with nothing hidden.
 pub fn alarms(nothing: &Nothing) -> Table {
     let mut columns = vec![Column::text("noise")];
     let titles = [
@@ -162,7 +162,7 @@ pub fn evidence(nothing: &Nothing) -> Table {
     table
 }
 
-/// What follows from it, in sentences.
+/// The limit that follows from the tail, in sentences.
 pub fn limits(nothing: &Nothing) -> String {
     let mut text = String::new();
     if let (Some(tail), Some(limit)) = (&nothing.tail, nothing.limit_of_1_in_1000) {

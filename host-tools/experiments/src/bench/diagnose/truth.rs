@@ -1,4 +1,4 @@
-//! What a right answer says of a hidden effect: the generator's parameters under this catalogue's names.
+//! True parameters of hidden effects: the generator's values under the names of this catalogue.
 
 use serde::Serialize;
 use softdock_analysis::diagnose::Diagnosis;
@@ -6,7 +6,7 @@ use softdock_hidden_effects::Truth;
 use softdock_physics::model::Model;
 use std::collections::BTreeMap;
 
-/// An interval that was said, and the true value.
+/// A confidence interval and the true value.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Interval {
     /// Id of the effect.
@@ -22,7 +22,7 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// The true value lies in it.
+    /// Whether the interval contains the true value.
     pub fn covers(&self) -> bool {
         (self.low..=self.high).contains(&self.truth)
     }
@@ -49,10 +49,10 @@ pub fn intervals(diagnosis: &Diagnosis, truth: &Truth, model: &Model) -> Vec<Int
     all
 }
 
-/// True values by this catalogue's names of the parameters.
+/// True values by the parameter's name in this catalogue.
 struct Values {
     known: BTreeMap<String, f64>,
-    /// What is not hidden is 0: the effect is a matrix, and only some of its entries are given.
+    /// Whether a parameter without a value is 0: the effect is a matrix, of which only some entries are given.
     others_zero: bool,
 }
 
@@ -81,12 +81,12 @@ fn values(id: &str, hidden: Option<&BTreeMap<String, f64>>, model: &Model) -> Va
     }
 }
 
-/// A value of the generator by its name.
+/// Looks a value of the generator up by its name.
 type Get<'a> = &'a dyn Fn(&str) -> Option<f64>;
-/// Values under this catalogue's names.
+/// Values under the names of this catalogue.
 type Named = Vec<(String, Option<f64>)>;
 
-/// Values that are not the generator's own.
+/// Values that have to be computed from those of the generator or the model.
 fn derived(id: &str, get: Get<'_>, model: &Model) -> Named {
     let one = |name: &str, value| vec![(name.to_owned(), value)];
     match id {
@@ -99,12 +99,12 @@ fn derived(id: &str, get: Get<'_>, model: &Model) -> Named {
             let share = |p| held_share(p, get("run_ticks"));
             one("held_share", get("probability").map(share))
         }
-        // A displacement of each instant; the catalogue knows no clock whose intervals scatter.
+        // The generator's jitter displaces each instant; this catalogue has none whose intervals scatter.
         "clock_jitter" if get("of_intervals") != Some(1.0) => {
             one("jitter_s", get("jitter_sigma_s"))
         }
         "ft_scale" => scale(get),
-        // The end of a ramp is not the asymptote that the catalogue means.
+        // The end of a linear ramp is not the asymptote that is the parameter of this catalogue.
         "ft_bias_drift" if get("tau_s").is_some() => drift(get),
         "ft_crosstalk" => crosstalk(get),
         _ => Vec::new(),
@@ -145,15 +145,15 @@ fn crosstalk(get: Get<'_>) -> Named {
     all
 }
 
-/// Share of readings that repeat the last one: each fresh one is followed by `run` held ones with
-/// the probability `p / run`.
+/// Share of readings that repeat the previous one: a fresh reading is followed by `run` held ones with the probability `p /
+/// run`.
 fn held_share(p: f64, run: Option<f64>) -> f64 {
     let run = run.unwrap_or(1.0);
     let begins = p / run;
     run * begins / (run * begins + 1.0 - begins)
 }
 
-/// Effect, the generator's name of a parameter, this catalogue's.
+/// Id of the effect, the generator's name of a parameter, and this catalogue's name.
 const NAMES: [(&str, &str, &str); 27] = [
     ("actuation_delay", "extra_delay_s", "extra_delay_s"),
     ("actuation_lag", "extra_lag_s", "extra_lag_s"),

@@ -1,6 +1,6 @@
-//! A campaign in an object store: one machine plans, others fetch the plan and bring their parts.
+//! A campaign in an object store: one machine writes the plan, others read it and add their parts.
 //!
-//! A part is put whole or not at all, and only where there is none: stores promise that of a conditional put.
+//! A part is written atomically, and only if it does not exist: stores guarantee this for a conditional put.
 
 use crate::campaign::checksum::checksum;
 use anyhow::{Context, Result, anyhow, bail, ensure};
@@ -13,23 +13,23 @@ use std::path::{Path, PathBuf};
 use tokio::runtime::{Builder, Runtime};
 use url::Url;
 
-/// How the variables begin in which the stores' own programs look for keys, region and endpoint.
+/// Prefixes of the environment variables with keys, region and endpoint, as the stores' own programs use them.
 const VARIABLES: [&str; 3] = ["AWS_", "AZURE_", "GOOGLE_"];
 
 /// A place in an object store.
 #[derive(Debug)]
 pub(super) struct Store {
     objects: Box<dyn ObjectStore>,
-    /// What the names of all objects of the campaign begin with.
+    /// Prefix of the names of all objects of the campaign.
     prefix: ObjectPath,
     address: Url,
-    /// Of a store that is a file system.
+    /// Folder of a store that is a file system.
     on_disk: Option<PathBuf>,
     runtime: Runtime,
 }
 
 impl Store {
-    /// The place of an address; nothing is asked of it yet.
+    /// The location at an address; the store is not accessed yet.
     pub(super) fn open(address: &str) -> Result<Self> {
         let address: Url = address.parse().context("it is no address")?;
         let (scheme, prefix) = ObjectStoreScheme::parse(&address).map_err(|_| {
@@ -38,7 +38,7 @@ impl Store {
         refuse_left_out(&scheme)?;
         let local = scheme == ObjectStoreScheme::Local;
         let objects = if local {
-            // After a crash, too, what was put is there.
+            // With fsync, so that a written object survives a crash.
             Box::new(LocalFileSystem::new().with_fsync(true))
         } else {
             parse_url_opts(&address, variables())?.0
@@ -52,12 +52,12 @@ impl Store {
         })
     }
 
-    /// The folder of a file system.
+    /// Folder of a store that is a file system; else None.
     pub(super) fn on_disk(&self) -> Option<&Path> {
         self.on_disk.as_deref()
     }
 
-    /// Where this machine keeps journals of the campaign.
+    /// Folder of this machine for the campaign's journals.
     pub(super) fn journals(&self) -> PathBuf {
         let host = &self.address[..url::Position::BeforePath];
         let key = checksum(&[host.as_bytes(), self.prefix.as_ref().as_bytes()]);
@@ -65,7 +65,7 @@ impl Store {
         cache().join(folder)
     }
 
-    /// Names of all objects in it.
+    /// Names of all objects of the campaign.
     pub(super) fn names(&self) -> Result<Vec<String>> {
         let listed = self.objects.list_with_delimiter(Some(&self.prefix));
         let listed = self.runtime.block_on(listed);
@@ -77,7 +77,7 @@ impl Store {
         Ok(names)
     }
 
-    /// An object, if it is there.
+    /// Content of an object; None if it does not exist.
     pub(super) fn read(&self, name: &str) -> Result<Option<Vec<u8>>> {
         let path = self.prefix.clone().join(name);
         let got = self
@@ -90,8 +90,8 @@ impl Store {
         }
     }
 
-    /// Puts an object that is not there yet. If the same is there, somebody was faster, or the answer to an earlier
-    /// attempt was lost.
+    /// Adds an object that does not exist. An equal object is no error: another machine was faster, or the answer to an
+    /// earlier attempt was lost.
     pub(super) fn add(&self, name: &str, content: Vec<u8>) -> Result<()> {
         let path = self.prefix.clone().join(name);
         let payload = content.clone().into();
@@ -110,13 +110,13 @@ impl Store {
         Ok(())
     }
 
-    /// Words for an error of the store; they hold those of its causes.
+    /// An error of the store in words, which contain those of its causes.
     fn cannot(&self, what: &str, error: &Error) -> anyhow::Error {
         anyhow!("{}: cannot {what}: {error}", self.address)
     }
 }
 
-/// Says how to get a store that this program was built without.
+/// An error for a kind of store that this program was built without: how to get it.
 fn refuse_left_out(scheme: &ObjectStoreScheme) -> Result<()> {
     let (store, feature, built_in) = match scheme {
         ObjectStoreScheme::Local => return Ok(()),
@@ -136,7 +136,7 @@ fn refuse_left_out(scheme: &ObjectStoreScheme) -> Result<()> {
     Ok(())
 }
 
-/// Keys, region and endpoint from the environment.
+/// Environment variables with keys, region and endpoint.
 fn variables() -> impl Iterator<Item = (String, String)> {
     let all = std::env::vars_os();
     let all =
@@ -144,7 +144,7 @@ fn variables() -> impl Iterator<Item = (String, String)> {
     all.filter(|(name, _)| VARIABLES.iter().any(|start| name.starts_with(start)))
 }
 
-/// Where a user's programs keep what they can make again.
+/// The user's cache folder.
 fn cache() -> PathBuf {
     let named = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from);
     let home = || Some(std::env::home_dir()?.join(".cache"));

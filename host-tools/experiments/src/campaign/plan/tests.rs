@@ -127,7 +127,7 @@ fn one_factor_for_each_setting() {
     let whole = "list = [[0.01, 0.0, 0.0]]";
     for (setting, values) in [
         (format!("{speed}[0]"), "uniform = [0.01, 0.02]"),
-        // The whole, of which the first factor sets a part.
+        // A whole table, of which the first factor sets a part.
         (speed.to_owned(), whole),
     ] {
         let error = format!("{:#}", second(&setting, values).unwrap_err());

@@ -1,4 +1,4 @@
-//! Contacts: how stiff, how heavy, how damped, and of another law than a spring's.
+//! Contacts of other stiffness, mass and damping, and of other force laws than a linear spring.
 
 use super::super::case::{Case, Robot};
 use super::super::scene::{End, MASS_KG, OMEGA_RAD_S, Scene, Shape};
@@ -24,7 +24,7 @@ pub(super) fn cases() -> Vec<Case> {
     cases
 }
 
-/// Stiffer and stiffening contacts with the latency of the pose as commissioning leaves it: 0, and not known to be.
+/// Stiffer and stiffening contacts, with the feedback latency as commissioning leaves it: set to 0, but not known to be 0.
 fn as_commissioned() -> Vec<Case> {
     let stiffer = [2.0, 3.0].map(|factor| {
         let mut case = Case::new("as_commissioned", format!("stiffness_x{factor}_unknown"));
@@ -42,7 +42,7 @@ fn as_commissioned() -> Vec<Case> {
     cases
 }
 
-/// φ = ω · 32 ms without a pause: how far a first contact can be served.
+/// φ = ω · 32 ms, without a pause: the largest phase at which a law can master a first contact.
 fn phases() -> Vec<Case> {
     [0.8, 0.96, 1.12, 1.28]
         .map(|phi: f64| {
@@ -56,7 +56,7 @@ fn phases() -> Vec<Case> {
         .into()
 }
 
-/// Damping ratios, with the pause of 16 ms and without.
+/// Damping ratios, each with a pause of 16 ms and without.
 fn dampings() -> Vec<Case> {
     let mut cases = Vec::new();
     for zeta in [0.1, 0.2, 0.3, 0.4, 0.5, 0.6] {
@@ -75,7 +75,7 @@ fn dampings() -> Vec<Case> {
     cases
 }
 
-/// k depth^p that has the peak force of the canonical contact at 5 mm/s.
+/// Contacts with the force k depth^p whose peak force is that of the canonical contact at 5 mm/s.
 fn power_laws() -> Vec<Case> {
     [1.3, 1.5]
         .map(|exponent: f64| {
@@ -90,7 +90,7 @@ fn power_laws() -> Vec<Case> {
         .into()
 }
 
-/// To and fro between two walls, with 0.5 N of noise.
+/// Ten bounces between two walls, with 0.5 N of noise.
 fn ten_bounces() -> Case {
     let mut case = Case::new("ten_bounces", "ten_bounces").quick();
     case.scene = Scene {

@@ -1,8 +1,8 @@
-//! Noise and latency of what the board is told.
+//! Noise and latency of the feedback.
 
 use super::super::case::{CYCLE_S, Case};
 
-/// Arm that makes a torque's noise of a force's and an angle's of a position's, m.
+/// Lever that converts the noise of a force to that of a torque, and of a position to that of an angle, m.
 const NOISE_ARM_M: f64 = 0.1;
 
 pub(super) fn cases() -> Vec<Case> {
@@ -44,7 +44,7 @@ fn noise(force_n: f64, position_um: f64, speed_mm_s: f64) -> Case {
     case
 }
 
-/// The pose is older than the force by so many cycles, and the board knows it.
+/// The pose is older than the force by this number of cycles, and the board knows it.
 fn known_latency(cycles: u8) -> Case {
     let mut case = Case::new("known_latency", format!("latency_{cycles}_known"));
     case.measurement.pose_latency_cycles = usize::from(cycles);
@@ -54,8 +54,8 @@ fn known_latency(cycles: u8) -> Case {
     case
 }
 
-/// Settings as `softdock identify actuator` writes them without a tool whose weight would tell the latency: the
-/// delay up to the reported pose, and no latency. With 0 cycles this is what commissioning leaves on most robots.
+/// Settings as `softdock identify actuator` writes them without a tool whose weight shows the latency: the identified delay
+/// includes the latency, and the latency is set to 0. With 0 cycles this is what commissioning leaves on most robots.
 fn unknown_latency(cycles: u8, zeta: f64) -> Case {
     let damped = if zeta > 0.0 {
         format!("_damping_{zeta}")

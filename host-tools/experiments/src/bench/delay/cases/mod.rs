@@ -1,4 +1,4 @@
-//! All cases. Adding one is adding an entry to a list here.
+//! All cases. A new case is one more entry in a list here.
 
 mod contact;
 mod feedback;
@@ -40,7 +40,7 @@ fn headline() -> Vec<Case> {
     cases
 }
 
-/// The same robots in the second formulation, which shares no equation with the first.
+/// The case with a robot of the headline, simulated by the second formulation, which shares no equation with the first.
 fn again(robot: Robot) -> Case {
     let mut case = Case::new("fixed_steps", "headline_in_fixed_steps").with_robot(robot);
     case.formulation = Formulation::FixedSteps;

@@ -14,8 +14,8 @@ pub(super) fn cases() -> Vec<Case> {
     cases
 }
 
-/// Plants around the canonical one, with the latency known and as commissioning leaves it: their spread counts, not the
-/// best of them.
+/// Plants around the canonical one, with the latency known and as commissioning leaves it. Their worst and
+/// their spread are the result, not the best of them.
 fn perturbed() -> [Case; 2] {
     [("perturbed", true), ("perturbed_latency_unknown", false)].map(|(name, known)| {
         let mut case = Case::new("perturbed", name).quick();
@@ -26,7 +26,7 @@ fn perturbed() -> [Case; 2] {
     })
 }
 
-/// The true delay drifts; believed are 32 ms.
+/// True delays other than the believed 32 ms.
 fn delays() -> Vec<Case> {
     [24, 28, 30, 34, 36, 40, 48]
         .map(|ms| {
@@ -38,7 +38,7 @@ fn delays() -> Vec<Case> {
         .into()
 }
 
-/// The true pause; believed are 16 ms. And known pauses.
+/// True pauses other than the believed 16 ms, and other pauses that the board knows.
 fn pauses() -> Vec<Case> {
     let mut cases = Vec::new();
     for ms in [0, 8, 24, 32] {
@@ -53,7 +53,7 @@ fn pauses() -> Vec<Case> {
     cases
 }
 
-/// A structure that is not there; the pause is known. No law may refuse, but in the last case.
+/// Robots of another structure than believed; the pause is known. No law may refuse, except in the last case.
 fn structures() -> Vec<Case> {
     let names = ["pure", "mixed", "lag", "servo_10_hz", "servo_5_hz"];
     let mut cases = Vec::new();

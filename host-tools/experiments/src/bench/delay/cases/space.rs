@@ -20,7 +20,7 @@ fn entry(sweep: &'static str, name: impl Into<String>, change: impl FnOnce(&mut 
     case
 }
 
-/// a: lever over radius of gyration about z.
+/// Contacts off the centre; a is the lever divided by the radius of gyration about z.
 fn off_centre() -> Vec<Case> {
     let gyration = (INERTIA_KG_M2[2] / MASS_KG).sqrt();
     [0.5, 1.0, 2.0]
@@ -95,7 +95,7 @@ fn free_spacecraft() -> Vec<Case> {
     ]
 }
 
-/// The probe comes in beside the axis and goes from side to side.
+/// The probe comes in beside the cone's axis and hits one side after the other.
 fn cones() -> Vec<Case> {
     let cone = |degrees: f64| {
         move |scene: &mut Scene| {

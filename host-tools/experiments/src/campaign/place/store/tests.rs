@@ -37,7 +37,7 @@ fn what_is_there_is_never_replaced() {
 fn what_was_put_half_is_not_there() {
     let (folder, store) = store();
     store.add("plan.json", b"plan".to_vec()).unwrap();
-    // How a put to a file system begins.
+    // A put to a file system that was interrupted.
     let half = folder.path().join("a campaign/part-0-of-1.parquet#1");
     std::fs::write(half, b"pa").unwrap();
     assert_eq!(store.names().unwrap(), ["plan.json"]);
