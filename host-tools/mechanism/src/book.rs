@@ -1,22 +1,21 @@
-//! The energy book of a mechanism.
+//! Energy balance of a mechanism.
 
 use crate::{Mechanism, Reaction, Relative};
 use serde::Serialize;
 
-/// What went into a mechanism and where it is: `work = stored + dissipated`, to within the step.
+/// Energy balance of a mechanism: `work = stored + dissipated`, except for the integration error of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct EnergyBook {
     /// Work of the two sides on the mechanism, J.
     pub work_j: f64,
-    /// What it would give back, J.
+    /// Energy that the mechanism would give back, J.
     pub stored_j: f64,
-    /// What damping and friction took, J.
+    /// Energy dissipated by damping and friction, J.
     pub dissipated_j: f64,
 }
 
 impl EnergyBook {
-    /// Books a step from one reaction to the next at the mean velocity of `at`; dry friction took
-    /// `friction_j`.
+    /// Adds a step between two reactions, with the mean velocity in `at`; dry friction dissipated `friction_j`.
     fn enter(
         &mut self,
         [before, after]: [&Reaction; 2],
@@ -30,7 +29,7 @@ impl EnergyBook {
         self.dissipated_j += 0.5 * (before.loss_w + after.loss_w) * step_s + friction_j;
     }
 
-    /// What the book does not account for, J.
+    /// Energy that the balance does not account for, J.
     pub fn imbalance_j(&self) -> f64 {
         self.work_j - self.stored_j - self.dissipated_j
     }
@@ -47,7 +46,7 @@ impl core::ops::Add for EnergyBook {
     }
 }
 
-/// A mechanism with its energy book.
+/// A mechanism with its energy balance.
 #[derive(Clone, Debug)]
 pub struct Booked<M> {
     /// The mechanism.
@@ -66,7 +65,7 @@ impl<M: Mechanism> Booked<M> {
         }
     }
 
-    /// [`Mechanism::advance`], and books the step. Returns what acts at its end.
+    /// As [`Mechanism::advance`], and adds the step to the energy balance. Returns the reaction at the end of the step.
     pub fn advance(&mut self, at: &Relative, step_s: f64) -> Reaction {
         let friction_j = self.mechanism.advance(at, step_s);
         let after = self.mechanism.reaction(at);
@@ -75,7 +74,7 @@ impl<M: Mechanism> Booked<M> {
         after
     }
 
-    /// Where the energy is.
+    /// The energy balance so far.
     pub fn book(&self) -> EnergyBook {
         self.book
     }

@@ -4,21 +4,21 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use softdock_control::range::{SettingsError, in_range};
 
-/// Where a point touches.
+/// Place and depth of a touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Touch {
-    /// In P, m.
+    /// Point in P, m.
     pub(crate) point: Vector3<f64>,
-    /// Out of the surface, a unit vector in P.
+    /// Unit normal out of the surface, in P.
     pub(crate) normal: Vector3<f64>,
-    /// m; not positive: no touch.
+    /// Depth, m; no touch unless it is positive.
     pub(crate) depth_m: f64,
 }
 
-/// Force of a touch and its energies.
+/// Force of a touch, its stored energy and its dissipated power.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Push {
-    /// N, axes of P.
+    /// Force in axes of P, N.
     pub(crate) force: Vector3<f64>,
     pub(crate) stored_j: f64,
     pub(crate) loss_w: f64,
@@ -61,7 +61,7 @@ impl Surface {
         )
     }
 
-    /// Along the normal, N.
+    /// Normal force, N.
     fn normal_n(&self, touch: &Touch, velocity: &Vector3<f64>) -> f64 {
         if touch.depth_m <= 0.0 {
             return 0.0;
@@ -70,7 +70,7 @@ impl Surface {
         (self.stiffness_n_per_m * touch.depth_m + self.damping_n_s_per_m * rate).max(0.0)
     }
 
-    /// The friction's deflection as far as the normal force holds it.
+    /// Limits the deflection of the friction spring to what friction bears at this normal force; m.
     fn held(&self, touch: &Touch, normal_n: f64, deflection: &Vector3<f64>) -> Vector3<f64> {
         let across = deflection - touch.normal * touch.normal.dot(deflection);
         let longest = self.friction_coefficient * normal_n / self.stiffness_n_per_m;
@@ -82,14 +82,14 @@ impl Surface {
         }
     }
 
-    /// Whether friction holds a point at rest that is deflected by so much.
+    /// Whether friction holds a point at rest with this deflection of the friction spring.
     pub(crate) fn sticks(&self, touch: &Touch, deflection: &Vector3<f64>) -> bool {
         let normal_n = self.normal_n(touch, &Vector3::zeros());
         let across = deflection - touch.normal * touch.normal.dot(deflection);
         self.stiffness_n_per_m * across.norm() < self.friction_coefficient * normal_n
     }
 
-    /// Force on a point with a velocity (axes of P, m/s) whose friction is deflected by so much (m).
+    /// Force on a point with this velocity (axes of P, m/s) and this deflection of the friction spring (m).
     pub(crate) fn push(
         &self,
         touch: &Touch,
@@ -111,8 +111,8 @@ impl Surface {
         }
     }
 
-    /// Deflection of the friction after a step, and the energy that sliding took, J: what the mean
-    /// force worked, less what is stored more.
+    /// Returns the deflection of the friction spring after a step, and the energy that sliding dissipated, J: the work of the
+    /// mean force less the increase of the stored energy.
     pub(crate) fn slide(
         &self,
         touch: &Touch,

@@ -1,5 +1,4 @@
-//! A mechanism between a target that stands in the laboratory and the robot's flange, as settings
-//! describe it.
+//! A mechanism between a target that is fixed in the laboratory and the robot's flange, as settings describe it.
 
 use crate::{
     Booked, EddyCurrent, EnergyBook, HuntCrossley, Loads, Mechanism, ProbeCone, Reaction, Relative,
@@ -12,13 +11,13 @@ use softdock_control::range::{SettingsError, in_range};
 /// A spring with a damper between the two sides, along x.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Joint {
-    /// N/m.
+    /// Stiffness, N/m.
     pub stiffness_n_per_m: f64,
-    /// N·s/m.
+    /// Damping, N·s/m.
     pub damping_n_s_per_m: f64,
 }
 
-/// Which mechanism, with its numbers.
+/// A mechanism of any kind, with its parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[expect(
@@ -30,11 +29,11 @@ pub enum Kind {
     HuntCrossley(HuntCrossley),
     /// A preloaded spring in two stages with a brake.
     TwoStage(TwoStage),
-    /// A brake by eddy currents.
+    /// An eddy-current brake.
     EddyCurrent(EddyCurrent),
     /// Probe and drogue.
     ProbeCone(ProbeCone),
-    /// A ring on six legs before three petals.
+    /// A ring on six legs, with three petals on the other side.
     SoftCapture(SoftCapture),
 }
 
@@ -49,8 +48,8 @@ impl Kind {
         }
     }
 
-    /// What the approaching side meets first, along x; none: no linear spring describes it. Before an absorber moves,
-    /// its head stands on its seat as on a wall, up to preload and brake.
+    /// Stiffness and damping of the first contact along x; None where no linear spring describes it. Until an absorber moves,
+    /// at preload plus brake force, its head rests on its seat as on a wall.
     pub fn first_contact(&self) -> Option<Joint> {
         match self {
             Self::TwoStage(m) if m.preload_n + m.brake_n > 0.0 => None,
@@ -64,7 +63,7 @@ impl Kind {
         }
     }
 
-    /// What holds the two sides together along x after capture.
+    /// Stiffness and damping along x that hold the two sides together after capture; None for a mechanism without latches.
     pub fn latched(&self) -> Option<Joint> {
         match self {
             Self::ProbeCone(m) => m.socket.map(|socket| Joint {
@@ -76,8 +75,8 @@ impl Kind {
         }
     }
 
-    /// Longest step with which it follows a motion, s. A ring without mass yields as fast as its legs and
-    /// surfaces are stiff; friction and brakes follow the way at any speed.
+    /// Largest step with which the simulation follows a motion, s. A ring without mass needs small steps, as it yields as
+    /// fast as its legs and surfaces are stiff. Friction and brakes depend on the distance and allow any step.
     pub fn longest_step_s(&self) -> f64 {
         match self {
             Self::SoftCapture(_) => 8e-5,
@@ -121,7 +120,7 @@ impl Mechanism for Kind {
     }
 }
 
-/// A mechanism and its places.
+/// A mechanism and its mounting.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DockingSettings {
@@ -136,15 +135,15 @@ pub struct DockingSettings {
     /// Orientation of J in M: A, B, C, rad.
     #[serde(default)]
     pub tip_abc_rad: [f64; 3],
-    /// Limits of the loads on the docking plane; what a run reports beside its largest loads.
+    /// Limits of the loads on the docking plane, which a run reports beside its largest loads.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<Loads>,
-    /// Which mechanism.
+    /// Kind of the mechanism.
     pub kind: Kind,
 }
 
 impl DockingSettings {
-    /// Checks every value; the error names the key behind that of the section.
+    /// Checks every value; the error names the key without that of the section.
     ///
     /// # Errors
     /// A value is outside of its range.
@@ -162,7 +161,7 @@ impl DockingSettings {
     }
 }
 
-/// A mechanism at work between the laboratory and M, with its energy book.
+/// A mechanism between the laboratory and M, with its energy balance and largest loads.
 #[derive(Clone, Debug)]
 pub struct Docking {
     p_from_c: Pose<f64>,
@@ -189,7 +188,7 @@ impl Docking {
         })
     }
 
-    /// How J moves before P for a pose and a twist of M (linear in C, angular in M).
+    /// Motion of J relative to P for a pose and a twist of M (linear in C, angular in M).
     fn relative(&self, c_from_m: &Pose<f64>, twist: &Twist<f64>) -> Relative {
         let to_j = &self.m_from_j;
         let tip = twist.linear + c_from_m.rotation * twist.angular.cross(&to_j.translation.vector);
@@ -211,7 +210,7 @@ impl Docking {
         reaction.wrench.transferred(&self.m_from_j)
     }
 
-    /// Moves what the mechanism remembers over a step that ends here, with the step's mean velocity.
+    /// Advances the state of the mechanism by a step that ends here, with the step's mean velocity.
     pub fn advance(&mut self, c_from_m: &Pose<f64>, twist: &Twist<f64>, step_s: f64) {
         let at = self.relative(c_from_m, twist);
         let on_j = self.booked.advance(&at, step_s).wrench;
@@ -219,7 +218,7 @@ impl Docking {
         self.loads = self.loads.largest(&Loads::of(&in_p));
     }
 
-    /// The same for whoever asks for neither energy nor loads.
+    /// As [`Self::advance`], but without energy balance and loads.
     pub fn follow(&mut self, c_from_m: &Pose<f64>, twist: &Twist<f64>, step_s: f64) {
         let at = self.relative(c_from_m, twist);
         self.booked.mechanism.advance(&at, step_s);
@@ -235,7 +234,7 @@ impl Docking {
         self.booked.mechanism.captured()
     }
 
-    /// Where the energy is.
+    /// The energy balance so far.
     pub fn book(&self) -> EnergyBook {
         self.booked.book()
     }
@@ -260,7 +259,7 @@ mod tests {
         }
     }
 
-    /// x of P is y of C: a tip 1 mm beyond it is pushed back along y, with its lever about M.
+    /// Here x of P is y of C: a tip 1 mm beyond P is pushed back along y, with its lever about M.
     #[test]
     fn places_are_those_of_the_settings() {
         let docking = Docking::new(&settings()).unwrap();

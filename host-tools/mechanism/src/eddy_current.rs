@@ -1,4 +1,4 @@
-//! A brake by eddy currents: the electromechanical damper that took the place of oil.
+//! An eddy-current brake: the electromechanical damper that replaced oil.
 
 use crate::{Mechanism, Reaction, Relative};
 use nalgebra::Vector3;
@@ -44,7 +44,7 @@ mod tests {
     use super::*;
     use crate::Booked;
 
-    /// `m dv/dx = −2 F_m/v_k/(1 + (v/v_k)²)`, so `v + v³/(3 v_k²)` falls linearly over the way.
+    /// `m dv/dx = −2 F_m/v_k/(1 + (v/v_k)²)`, so `v + v³/(3 v_k²)` falls linearly with the distance.
     #[test]
     fn speed_falls_over_the_way_by_the_closed_form() {
         let brake = EddyCurrent {

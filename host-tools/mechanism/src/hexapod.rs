@@ -6,25 +6,25 @@ use serde::{Deserialize, Serialize};
 use softdock_control::frames::{Pose, Twist, Wrench};
 use softdock_control::range::{SettingsError, in_range};
 
-/// Six springs with dampers and load cells, in pairs, from a base at x = `height_m` of P to a ring about
-/// P. A leg goes from a joint beside one of three places at 120° on the base to a joint beside one of
-/// three places between them on the ring, as in Stewart's platform.
+/// Six springs with dampers and load cells, in pairs, from a base at x = `height_m` of P to a ring about P. The joints on the
+/// base lie in pairs beside three places at 120°, those on the ring beside three places between them. Each leg connects
+/// neighbouring places, as in Stewart's platform.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Hexapod {
-    /// Of the joints on the base, m.
+    /// Radius of the joints on the base, m.
     pub base_radius_m: f64,
-    /// Of the joints on the ring, m.
+    /// Radius of the joints on the ring, m.
     pub ring_radius_m: f64,
-    /// From ring to base, m.
+    /// Distance from ring to base, m.
     pub height_m: f64,
     /// Half of the angle between the two joints of a pair, rad.
     pub spread_rad: f64,
-    /// Of a leg along itself, N/m.
+    /// Stiffness of a leg along itself, N/m.
     pub stiffness_n_per_m: f64,
-    /// Of a leg along itself, N·s/m.
+    /// Damping of a leg along itself, N·s/m.
     pub damping_n_s_per_m: f64,
-    /// By which the stiffness of each leg is multiplied: 1, or less for a soft one.
+    /// Factors on the stiffness of each leg: 1, or less for a soft one.
     #[serde(default = "alike", skip_serializing_if = "are_alike")]
     pub leg_factors: [f64; 6],
 }
@@ -37,18 +37,18 @@ fn are_alike(factors: &[f64; 6]) -> bool {
     *factors == alike()
 }
 
-/// A leg at an instant.
+/// State of a leg.
 #[derive(Clone, Copy, Debug)]
 struct Leg {
-    /// From base to ring, a unit vector in P.
+    /// Unit vector from base to ring, in P.
     direction: Vector3<f64>,
-    /// From the ring's centre to the joint, m, axes of P.
+    /// Vector from the ring's centre to the joint, m, axes of P.
     lever: Vector3<f64>,
     length_m: f64,
 }
 
 impl Leg {
-    /// Change of length by a unit of each component of the ring's twist (linear, angular; in P).
+    /// Row of the Jacobian: rate of the length for a unit of each component of the ring's twist (linear, angular; in P).
     fn row(&self) -> Vector6<f64> {
         let turning = self.lever.cross(&self.direction);
         let (d, t) = (self.direction, turning);
@@ -104,7 +104,7 @@ impl Hexapod {
         std::array::from_fn(|i| now[i].length_m - rest[i].length_m)
     }
 
-    /// What the load cells show, N (pull is positive), for a pose and a twist of the ring in P.
+    /// Readings of the load cells, N (pull is positive), for a pose and a twist of the ring in P.
     pub(crate) fn cells(&self, ring: &Pose<f64>, twist: &Twist<f64>) -> [f64; 6] {
         let (legs, deflections) = (self.legs(ring), self.deflections(ring));
         let twist = Vector6::from(twist.get());
@@ -113,7 +113,7 @@ impl Hexapod {
         })
     }
 
-    /// Wrench on the ring, about its centre in axes of P, that load cells stand for.
+    /// Wrench on the ring, about its centre in axes of P, that corresponds to these load cells.
     pub(crate) fn wrench(&self, ring: &Pose<f64>, cells: &[f64; 6]) -> Wrench<f64> {
         let legs = self.legs(ring);
         let sum = legs
@@ -131,7 +131,7 @@ impl Hexapod {
             .sum()
     }
 
-    /// Power that goes into the dampers, W.
+    /// Power that the dampers dissipate, W.
     pub(crate) fn loss_w(&self, ring: &Pose<f64>, twist: &Twist<f64>) -> f64 {
         let twist = Vector6::from(twist.get());
         let rates = self.legs(ring).map(|leg| leg.row().dot(&twist));
@@ -141,7 +141,7 @@ impl Hexapod {
             .sum()
     }
 
-    /// `Jᵀ (c + k step) J`: what holds the ring against a twist that lasts for a step, N·s/m.
+    /// `Jᵀ (c + k step) J`: resistance of the legs to a twist of the ring that lasts for a step, N·s/m.
     pub(crate) fn resistance(&self, ring: &Pose<f64>, step_s: f64) -> Matrix6<f64> {
         let legs = self.legs(ring);
         (0..6).fold(Matrix6::zeros(), |sum, i| {
@@ -150,7 +150,7 @@ impl Hexapod {
         })
     }
 
-    /// Along x, with the ring at rest.
+    /// Stiffness and damping along x, with the ring at rest.
     pub(crate) fn axial(&self) -> Joint {
         let legs = self.legs(&Pose::identity());
         let sum = |each: &dyn Fn(usize) -> f64| {
@@ -180,8 +180,8 @@ pub(crate) mod tests {
         leg_factors: [1.0; 6],
     };
 
-    /// Springs alone bring a small displacement back with `Jᵀ K J`; for three-fold symmetry it has
-    /// equal entries across x and couples only y with the angle about z, and z with that about y.
+    /// The springs alone have the stiffness `Jᵀ K J` for small displacements. With three-fold symmetry it has equal entries
+    /// for y and z, and couples only y with the angle about z, and z with the angle about y.
     #[test]
     fn stiffness_is_that_of_the_jacobian() {
         let tensor =
@@ -217,7 +217,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// Load cells of a pose, and those that `(Jᵀ)⁻¹` asks for, stand for the same wrench.
+    /// The load cells of a pose and those computed with `(Jᵀ)⁻¹` correspond to the same wrench.
     #[test]
     fn the_load_cells_weigh_any_wrench() {
         let ring = Pose::from_parts(
@@ -234,7 +234,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// One soft leg shows less than its neighbours for the same deflection, and only that leg.
+    /// One soft leg has a smaller force than its neighbours at the same deflection, and only that leg.
     #[test]
     fn a_soft_leg_is_seen_by_its_own_cell() {
         let mut soft = LEGS;

@@ -5,9 +5,8 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use softdock_control::range::{SettingsError, in_range};
 
-/// `F = K x^1.5 (1 + α dx/dt)`, never a pull. Without loss a bounce lasts
-/// `2.9432 (5 m/(4 K))^0.4 v^-0.2`; with it the speeds before and after obey
-/// `αv − ln(1 + αv) = −αv' − ln(1 − αv')`.
+/// `F = K x^1.5 (1 + α dx/dt)`, never a pull. Without loss a bounce lasts `2.9432 (5 m/(4 K))^0.4 v^-0.2`. With loss the
+/// speeds before (v) and after (v') obey `αv − ln(1 + αv) = −αv' − ln(1 − αv')`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HuntCrossley {

@@ -1,5 +1,5 @@
-//! Docking mechanisms. From how one docking frame moves before the other follow a wrench, what the
-//! mechanism remembers, and where the energy went.
+//! Docking mechanisms. From the motion of one docking frame relative to the other they compute a wrench, the state of the
+//! mechanism, and the energy balance.
 //!
 //! ```text
 //!   P  docking frame of the target, x out of what is approached on    J  docking frame of the
@@ -8,11 +8,11 @@
 //!         J --->            P-->x       docked: J is P.  Before: J is at negative x.
 //! ```
 //!
-//! A mechanism is compliant: its force follows from where the two frames are. It has no mass, so what
-//! it does to one side it does to the other, and momentum is kept whatever the mechanism is.
+//! A mechanism is compliant: its force follows from the relative motion of the two frames. It has no mass, so the wrench on
+//! one side is the reaction to that on the other, and every mechanism conserves momentum.
 //!
-//! Everything here is a function of its arguments, allocates nothing and never panics: rig, prediction
-//! and tests evaluate the same. Equations and sources: docs/mechanisms.md.
+//! Everything here is a function of its arguments, allocates nothing and never panics. The simulated rig, predictions and
+//! tests use the same code. Equations and sources: docs/mechanisms.md.
 
 mod book;
 mod contact;
@@ -44,19 +44,19 @@ pub use two_stage::TwoStage;
 
 use softdock_control::frames::Wrench;
 
-/// What a mechanism does at one instant.
+/// Wrench and energies of a mechanism at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reaction {
-    /// On the moving side, at J, in axes of J (N, N·m); the target gets the reaction.
+    /// Wrench on the moving side, at J, in axes of J (N, N·m); the target gets the opposite one.
     pub wrench: Wrench<f64>,
     /// Energy that the mechanism would give back, J.
     pub stored_j: f64,
-    /// Power that damping turns into heat, W. Dry friction is booked by the step.
+    /// Power that damping dissipates, W. The loss of dry friction is computed per step instead.
     pub loss_w: f64,
 }
 
 impl Reaction {
-    /// Nothing touches.
+    /// The reaction without any contact.
     pub fn none() -> Self {
         Self {
             wrench: Wrench::zero(),
@@ -79,11 +79,11 @@ impl core::ops::Add for Reaction {
 
 /// A docking mechanism.
 pub trait Mechanism {
-    /// What acts at an instant. Pure: asking twice changes nothing.
+    /// The reaction at an instant. It changes no state.
     fn reaction(&self, at: &Relative) -> Reaction;
 
-    /// Moves what it remembers over a step that ends here and whose mean velocity is that of `at`.
-    /// Returns the energy that dry friction took, J.
+    /// Advances the state by a step that ends here and whose mean velocity is that of `at`. Returns the energy that dry
+    /// friction dissipated, J.
     fn advance(&mut self, at: &Relative, step_s: f64) -> f64 {
         let _ = (at, step_s);
         0.0

@@ -1,20 +1,20 @@
-//! Loads on the docking plane, as interface standards limit them.
+//! Loads on the docking plane, in the components that interface standards limit.
 
 use nalgebra::ComplexField;
 use serde::{Deserialize, Serialize};
 use softdock_control::frames::Wrench;
 
-/// Largest loads between the two sides, at J in axes of P; or their limits, as far as there are any.
+/// Largest loads between the two sides, at J in axes of P; or their limits, None where there is no limit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Loads {
-    /// Along x, pushing apart, N.
+    /// Force along x that pushes the sides apart, N.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub compression_n: Option<f64>,
-    /// Along x, pulling together, N.
+    /// Force along x that pulls the sides together, N.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tension_n: Option<f64>,
-    /// Across x, N.
+    /// Force across x, N.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shear_n: Option<f64>,
     /// Torque about x, N·m.
@@ -26,7 +26,7 @@ pub struct Loads {
 }
 
 impl Loads {
-    /// Of one wrench on J, in axes of P.
+    /// The loads of one wrench on J, in axes of P.
     pub fn of(wrench: &Wrench<f64>) -> Self {
         let (force, torque) = (wrench.force, wrench.torque);
         Self {
@@ -38,7 +38,7 @@ impl Loads {
         }
     }
 
-    /// The larger of each load.
+    /// The larger value of each load.
     pub fn largest(&self, other: &Self) -> Self {
         let larger = |a: Option<f64>, b: Option<f64>| match (a, b) {
             (Some(a), Some(b)) => Some(a.max(b)),
@@ -53,7 +53,7 @@ impl Loads {
         }
     }
 
-    /// Each load with its name, in the order of a report.
+    /// Each load with its name, in the order of reports.
     pub fn named(&self) -> [(&'static str, Option<f64>); 5] {
         [
             ("compression_n", self.compression_n),

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use softdock_control::frames::Pose;
 use softdock_control::range::{SettingsError, in_range};
 
-/// Petals on J that point along x and lean inwards, and the face behind them. Each meets the inner
-/// edge of a ring where its own middle line does; the face meets the ring at the same three places.
+/// Petals on J that point along x and lean inwards, and the face behind them. Each petal touches the inner edge of a ring on
+/// the petal's middle line; the face touches the ring at the same three places.
 ///
 /// ```text
 ///      |\  petal, γ between its back and x
@@ -18,17 +18,17 @@ use softdock_control::range::{SettingsError, in_range};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Petals {
-    /// γ, rad. The ring slides home along them for any friction below cot γ.
+    /// γ, rad. The ring slides home along the petals if the friction coefficient is below cot γ.
     pub angle_rad: f64,
-    /// Along x, m.
+    /// Length along x, m.
     pub length_m: f64,
-    /// Between petals and edge of a ring that is home, m.
+    /// Clearance between the petals and the edge of a ring that is home, m.
     pub clearance_m: f64,
-    /// Of the ring's edge, m.
+    /// Radius of the ring's edge, m.
     pub edge_radius_m: f64,
 }
 
-/// Places where petals and face can touch: three and three.
+/// Number of places where the ring can be touched: three by petals and three by the face.
 pub(crate) const TOUCHES: usize = 6;
 
 impl Petals {
@@ -44,7 +44,7 @@ impl Petals {
         )
     }
 
-    /// Where the ring's edge is before each petal, in P and in J, m.
+    /// For each petal: position of the ring's edge in P and in J, m, and the outward direction.
     fn edges(&self, p_from_j: &Pose<f64>, ring: &Pose<f64>) -> [[Vector3<f64>; 3]; 3] {
         std::array::from_fn(|i| {
             let (sin, cos) = ComplexField::sin_cos(i as f64 * f64::two_pi() / 3.0);
@@ -61,7 +61,7 @@ impl Petals {
         })
     }
 
-    /// What touches the ring, as forces on J: the petals, then the face.
+    /// Touches of the ring, as forces on J: those of the petals, then those of the face.
     pub(crate) fn touches(&self, p_from_j: &Pose<f64>, ring: &Pose<f64>) -> [Touch; TOUCHES] {
         let (sin, cos) = ComplexField::sin_cos(self.angle_rad);
         let root = self.edge_radius_m - self.clearance_m;
@@ -87,7 +87,7 @@ impl Petals {
         })
     }
 
-    /// Widest gap between the ring and the face, m, if the ring lies around the petals.
+    /// Widest gap between the ring and the face, m; None unless the ring lies around the petals.
     pub(crate) fn gap_m(&self, p_from_j: &Pose<f64>, ring: &Pose<f64>) -> Option<f64> {
         let edges = self.edges(p_from_j, ring);
         let inside =
@@ -114,15 +114,15 @@ mod tests {
         edge_radius_m: 0.6,
     };
     const STIFFNESS_N_PER_M: f64 = 5e5;
-    /// Depth along the axis that keeps all three in touch, m.
+    /// Depth along the axis at which all three petals touch, m.
     const PRESSED_M: f64 = 1e-5;
 
-    /// Where the normals meet, on x of P.
+    /// Common point of the normals, on x of P.
     fn centre() -> Vector3<f64> {
         Vector3::new(-0.6 * 0.7_f64.tan(), 0.0, 0.0)
     }
 
-    /// Force of smooth petals on J before a ring at home, and its torque about the centre.
+    /// Force of smooth petals on J against a ring at home, and its torque about the common point.
     fn push(p_from_j: Pose<f64>) -> (Vector3<f64>, Vector3<f64>) {
         let touches = PETALS.touches(&p_from_j, &Pose::identity());
         let forces = touches[..3].iter().map(|touch| {
@@ -155,7 +155,7 @@ mod tests {
         }
     }
 
-    /// About the point where the normals meet, J tilts without a force.
+    /// J can be tilted about the common point of the normals without a force.
     #[test]
     fn a_tilt_about_the_common_point_is_free() {
         let (still, _) = push(Pose::translation(PRESSED_M, 0.0, 0.0));

@@ -6,8 +6,8 @@ use nalgebra::{ComplexField, Vector3};
 use serde::{Deserialize, Serialize};
 use softdock_control::range::{SettingsError, in_range};
 
-/// A sphere about J and a cone that opens against x of P, in a flat flange. The head that sits in the
-/// cone has J in P.
+/// A sphere about J and a cone that opens towards −x of P, in a flat flange. When the head sits in the cone, J and P
+/// coincide.
 ///
 /// ```text
 ///        | flange
@@ -19,18 +19,18 @@ use softdock_control::range::{SettingsError, in_range};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ProbeCone {
-    /// α, between axis and wall, rad.
+    /// α, angle between axis and wall, rad.
     pub half_angle_rad: f64,
-    /// Of the cone's mouth, m.
+    /// Radius of the cone's mouth, m.
     pub mouth_radius_m: f64,
-    /// r, m.
+    /// r, radius of the head, m.
     pub head_radius_m: f64,
-    /// Head on cone.
+    /// Contact of the head with cone and flange.
     pub surface: Surface,
-    /// What catches the head; absent: nothing.
+    /// Latches that catch the head; None for a mechanism without capture.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub socket: Option<Socket>,
-    /// Deflection of the friction, m in P.
+    /// Deflection of the friction spring, m in P.
     #[serde(skip)]
     friction_m: Vector3<f64>,
 }
@@ -49,7 +49,7 @@ impl ProbeCone {
         self.socket.iter().try_for_each(Socket::validate)
     }
 
-    /// Of the head on one wall, along x.
+    /// Stiffness and damping along x of the head on one wall.
     pub(crate) fn first_contact(&self) -> Joint {
         let sin = ComplexField::sin(self.half_angle_rad);
         Joint {
@@ -58,8 +58,8 @@ impl ProbeCone {
         }
     }
 
-    /// Where the head touches: on the side to which it is off the axis and, once it is so deep that
-    /// it fills the cone, on the other side too.
+    /// Touches of the head: on the side to which it is off the axis, and, if it is so deep that it fills the cone, on the
+    /// opposite side too.
     fn touches(&self, at: &Relative) -> [Touch; 2] {
         let head = at.p_from_j.translation.vector;
         let off = Vector3::new(0.0, head.y, head.z);
@@ -81,20 +81,20 @@ impl ProbeCone {
         })
     }
 
-    /// Depth of the head in the section of cone and flange for its centre at (x, radius), and the
-    /// normal there: (along x, towards the side).
+    /// Depth of the head in the profile of cone and flange, for its centre at (x, radius), and the normal there: components
+    /// along x and towards the side.
     fn profile(&self, x: f64, radius: f64) -> (f64, [f64; 2]) {
         let (sin, cos) = ComplexField::sin_cos(self.half_angle_rad);
         let apex_x = self.head_radius_m / sin;
         let length = self.mouth_radius_m / sin;
-        // Distances of the head's centre: along the wall from the apex, and from the wall inwards.
+        // Position of the head's centre relative to the apex, against x and in radius.
         let (back, inwards) = (apex_x - x, radius);
         let along_wall = back * cos + inwards * sin;
         if along_wall <= length {
             let from_wall = back * sin - inwards * cos;
             return (self.head_radius_m - from_wall, [-sin, -cos]);
         }
-        // Beyond the mouth the rim is nearest, and outside of it the flange.
+        // Beyond the mouth the rim is the nearest part, and outside of the rim the flange.
         let rim_x = apex_x - length * cos;
         let (before, outside) = (rim_x - x, radius - self.mouth_radius_m);
         if outside >= 0.0 {
@@ -167,8 +167,7 @@ mod tests {
         }
     }
 
-    /// A probe whose head is 1 m ahead of its centre of mass, `offset_m` off the cone's axis and still
-    /// free.
+    /// A probe whose head is 1 m ahead of its centre of mass, `offset_m` off the cone's axis and not yet in contact.
     fn pair(head_x_m: f64, offset_m: f64, speed_m_s: f64) -> Pair {
         Pair {
             k: Body::new(
@@ -186,7 +185,7 @@ mod tests {
     /// Without friction the bounce is that of one mass, 1/m = n·M⁻¹n, and lasts π √(m/k).
     #[test]
     fn a_smooth_bounce_is_that_of_the_effective_mass() {
-        // Slow, so that neither body turns while they touch.
+        // Slow, so that neither body turns noticeably during the contact.
         let mut pair = pair(-0.0617, 0.06, 1e-4);
         let met = meet(&mut pair, cone(0.0), 1e-5, 10_000_000).unwrap();
         let (point, normal) = (met.point, met.normal);
@@ -203,7 +202,7 @@ mod tests {
         );
     }
 
-    /// What the contact does to one body it does to the other, with friction, off centre, for long.
+    /// Contact forces on both bodies are opposite, also with friction, off centre and for long.
     #[test]
     fn momentum_is_kept_and_the_energy_is_booked() {
         for friction in [0.0, 0.15, 0.4] {
@@ -236,7 +235,7 @@ mod tests {
         let slides = |friction: f64| {
             let mut cone = cone(friction);
             let radius = 0.1;
-            // Where the head touches without depth: back sin α − radius cos α = r.
+            // Position of a touch without depth: back sin α − radius cos α = r.
             let (sin, cos) = cone.half_angle_rad.sin_cos();
             let x = 0.05 / sin - (0.05 + radius * cos) / sin;
             let at = |pushed: f64| Relative {
@@ -253,7 +252,7 @@ mod tests {
         assert!(slides(0.97 * limit) && !slides(1.03 * limit));
     }
 
-    /// Against its sliding, and μ times the normal force.
+    /// Friction is opposite to the sliding, and μ times the normal force.
     #[test]
     fn friction_points_against_the_sliding() {
         let mut cone = cone(0.2);
@@ -276,14 +275,14 @@ mod tests {
         assert!((dry.normalize() + Vector3::z()).norm() < 1e-9, "{dry}");
     }
 
-    /// On the flange and over the rim the head does not fall into the cone, and no force jumps.
+    /// The head does not fall through flange and rim, and the force has no jumps there.
     #[test]
     fn the_surface_is_closed_around_the_mouth() {
         let cone = cone(0.0);
         let mut last: Option<Vector3<f64>> = None;
         for step in 0..4000 {
             let mut at = Relative::along_x(0.0, 0.0);
-            // 1 mm inside of what the head would touch, from beside the mouth to the axis.
+            // 1 mm inside the surface, from beside the mouth to the axis.
             let radius = 0.4 - 1e-4 * f64::from(step);
             let (mut low, mut high) = (-1.0, 0.1);
             for _ in 0..50 {

@@ -1,19 +1,19 @@
-//! The motion that a mechanism sees.
+//! Relative motion of the two docking frames.
 
 use nalgebra::Vector3;
 use softdock_control::frames::{Pose, Twist, Wrench};
 
-/// How the moving side's docking frame J stands and moves before the target's, P.
+/// Pose and twist of the moving side's docking frame J relative to the target's, P.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Relative {
-    /// J in P, m.
+    /// Pose of J in P, m.
     pub p_from_j: Pose<f64>,
-    /// Of J as seen from P: linear in axes of P (m/s), angular in axes of J (rad/s).
+    /// Twist of J relative to P: linear in axes of P (m/s), angular in axes of J (rad/s).
     pub twist: Twist<f64>,
 }
 
 impl Relative {
-    /// J moves along x of P without turning: depth (m) and its rate (m/s).
+    /// Motion of J along x of P without rotation: depth (m) and its rate (m/s).
     pub fn along_x(depth_m: f64, rate_m_s: f64) -> Self {
         Self {
             p_from_j: Pose::translation(depth_m, 0.0, 0.0),
@@ -24,7 +24,7 @@ impl Relative {
         }
     }
 
-    /// Velocity of the point of J that is at `point` (axes of P, m), as seen from P, m/s.
+    /// Velocity relative to P of the point of J that is at `point` (axes of P, m), m/s.
     pub fn velocity_at(&self, point: &Vector3<f64>) -> Vector3<f64> {
         let lever = point - self.p_from_j.translation.vector;
         let turning = self.p_from_j.rotation * self.twist.angular;
@@ -41,7 +41,7 @@ impl Relative {
         }
     }
 
-    /// Power of a wrench at J on J, W.
+    /// Power of a wrench at J, in axes of J, W.
     pub fn power(&self, wrench: &Wrench<f64>) -> f64 {
         let linear_in_j = self.p_from_j.rotation.inverse() * self.twist.linear;
         wrench.force.dot(&linear_in_j) + wrench.torque.dot(&self.twist.angular)
@@ -53,7 +53,7 @@ mod tests {
     use super::*;
     use softdock_control::frames::orientation_from_abc;
 
-    /// Force times velocity of its point is wrench times twist.
+    /// Force times velocity of its point equals wrench times twist.
     #[test]
     fn power_is_the_same_at_the_point_and_at_j() {
         let at = Relative {

@@ -6,40 +6,40 @@ use serde::{Deserialize, Serialize};
 use softdock_control::frames::Pose;
 use softdock_control::range::{SettingsError, in_range};
 
-/// Latches that snap around J where it passes the plane of capture near the axis. From then on they
-/// hold J where it was caught: with a play, elastic and damped, and as far as they hold; beyond that
-/// they slip. Turns away from the orientation in which it was caught are limited by a spring and a damper of their own.
+/// Latches that close around J when it passes the plane of capture near the axis. From then on they hold J where it was
+/// caught, elastically with damping and a play. Beyond their load limit they slip. A separate spring and damper (the limiter)
+/// acts on rotations away from the orientation at capture.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Socket {
-    /// The plane of capture is so far before the seat, m.
+    /// Distance of the plane of capture before the seat, m.
     pub capture_depth_m: f64,
     /// J is caught within this distance from the axis, m.
     pub capture_radius_m: f64,
-    /// Slowest closing speed that throws the latches, m/s.
+    /// Smallest closing speed at which the latches close, m/s.
     #[serde(default)]
     pub capture_speed_m_s: f64,
     /// Number of latches.
     #[serde(default = "four")]
     pub latches: u8,
-    /// Of each latch, N/m.
+    /// Stiffness of each latch, N/m.
     pub latch_stiffness_n_per_m: f64,
-    /// Of each latch, N·s/m.
+    /// Damping of each latch, N·s/m.
     #[serde(default)]
     pub latch_damping_n_s_per_m: f64,
     /// Play of the head between the latches, to each side, m.
     #[serde(default)]
     pub backlash_m: f64,
-    /// Force at which a latch slips, N; absent: it holds whatever comes.
+    /// Force at which a latch slips, N; None if it never slips.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub latch_slips_at_n: Option<f64>,
-    /// Of the angular limiter, N·m/rad.
+    /// Stiffness of the angular limiter, N·m/rad.
     #[serde(default)]
     pub limiter_stiffness_nm_per_rad: f64,
-    /// Of the angular limiter, N·m·s/rad.
+    /// Damping of the angular limiter, N·m·s/rad.
     #[serde(default)]
     pub limiter_damping_nm_s_per_rad: f64,
-    /// Where the latches hold J, in P.
+    /// Pose in P in which the latches hold J; None before the capture.
     #[serde(skip)]
     held: Option<Pose<f64>>,
 }
@@ -75,17 +75,17 @@ impl Socket {
         in_range("socket.limiter_damping_nm_s_per_rad", limiter, 0.0, 1e7)
     }
 
-    /// Of all latches together, N/m.
+    /// Stiffness of all latches together, N/m.
     pub fn stiffness_n_per_m(&self) -> f64 {
         f64::from(self.latches) * self.latch_stiffness_n_per_m
     }
 
-    /// Of all latches together, N·s/m.
+    /// Damping of all latches together, N·s/m.
     pub fn damping_n_s_per_m(&self) -> f64 {
         f64::from(self.latches) * self.latch_damping_n_s_per_m
     }
 
-    /// Whether the latches snap.
+    /// Whether the latches close.
     fn catches(&self, at: &Relative) -> bool {
         let head = at.p_from_j.translation.vector;
         head.x > -self.capture_depth_m
@@ -93,7 +93,7 @@ impl Socket {
             && at.twist.linear.x >= self.capture_speed_m_s
     }
 
-    /// By how much J stretches the latches that hold it there, beyond their play, m.
+    /// Displacement of J from where the latches hold it, beyond the play, m.
     fn stretch(&self, held: &Pose<f64>, at: &Relative) -> Vector3<f64> {
         let away = at.p_from_j.translation.vector - held.translation.vector;
         let distance = away.norm();
@@ -103,13 +103,13 @@ impl Socket {
         away * (1.0 - self.backlash_m / distance)
     }
 
-    /// Longest stretch before they slip, m.
+    /// Largest displacement beyond the play before the latches slip, m.
     fn longest_m(&self) -> f64 {
         let slips_at_n = self.latch_slips_at_n.unwrap_or(f64::INFINITY);
         slips_at_n / self.latch_stiffness_n_per_m
     }
 
-    /// The part of a stretch that the latches bear, and the part by which they slip.
+    /// Splits a displacement into the part that the latches bear and the part by which they slip.
     fn borne(&self, stretch: &Vector3<f64>) -> [Vector3<f64>; 2] {
         let (length, longest) = (stretch.norm(), self.longest_m());
         if length <= longest {
@@ -132,7 +132,7 @@ impl Mechanism for Socket {
             self.damping_n_s_per_m()
         };
         let pull = stretch * self.stiffness_n_per_m() + at.twist.linear * damping;
-        // The axis of a turn is the same in J before and behind it.
+        // The axis of a rotation has the same components before and after it, so `angle` is in axes of J.
         let turned = held.rotation.inverse() * at.p_from_j.rotation;
         let (angle, rate) = (turned.scaled_axis(), at.twist.angular);
         let mut wrench = at.push(&at.p_from_j.translation.vector, &-pull);
@@ -186,7 +186,8 @@ mod tests {
         }
     }
 
-    /// A mass flies in; times and places at which it passes the place where it was caught.
+    /// A mass flies into the socket. Returns the times at which it passes the place of capture, the mechanism, and the mass's
+    /// final velocity.
     fn ring_down(socket: Socket, mass_kg: f64, speed_m_s: f64) -> (Vec<f64>, Booked<Socket>, f64) {
         let step_s = 1e-5;
         let (mut x, mut v) = (-0.02, speed_m_s);
@@ -223,7 +224,7 @@ mod tests {
         assert!(!socket.captured());
     }
 
-    /// √(k/m) of all four latches; the energy before is that after and what was lost.
+    /// The frequency is √(k/m) of all four latches; the energy before equals that after plus the loss.
     #[test]
     fn it_rings_down_with_its_frequency() {
         let damped = Socket {
@@ -245,7 +246,7 @@ mod tests {
         assert!((now / energy - 1.0).abs() < 1e-3, "{book:?}");
     }
 
-    /// A latch that slips gives way at its force, keeps it, and turns the rest into heat.
+    /// A latch that slips gives way at its force limit, keeps that force, and dissipates the rest.
     #[test]
     fn a_weak_latch_slips() {
         let weak = Socket {
@@ -262,7 +263,7 @@ mod tests {
         assert!(book.dissipated_j > 0.1 * energy, "{book:?}");
     }
 
-    /// The limiter stores nothing of an angle that is there at capture, and springs back to it from a further turn.
+    /// The limiter stores no energy for the angle at capture, and acts only against a further rotation.
     #[test]
     fn an_angle_at_capture_is_no_energy() {
         let mut caught = Socket {

@@ -1,4 +1,4 @@
-//! Soft capture: a ring on six legs, three petals that lead it home, and latches that hold it there.
+//! Soft capture: a ring on six legs, three petals that guide it home, and latches that hold it there.
 
 use crate::contact::{Surface, Touch};
 use crate::petals::{Petals, TOUCHES};
@@ -8,36 +8,34 @@ use serde::{Deserialize, Serialize};
 use softdock_control::frames::{Pose, Twist, Wrench};
 use softdock_control::range::{SettingsError, in_range};
 
-/// The ring has no mass: its legs balance what pushes it, so dampers and springs of the legs give way
-/// as fast as petals and face press. The latches lock it to the face of J as soon as the face is near
-/// the ring all around; from then on only the legs give way.
+/// The ring has no mass: its legs balance the contact forces at any time, so it yields as fast as petals and face press it.
+/// The latches lock it to the face of J as soon as the face is near the ring all around. From then on only the legs yield.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SoftCapture {
-    /// Of the ring.
+    /// Legs of the ring.
     pub legs: Hexapod,
-    /// On the other side.
+    /// Petals on the other side.
     pub petals: Petals,
-    /// Petals and face on the ring.
+    /// Contact of petals and face with the ring.
     pub surface: Surface,
-    /// The latches close when no gap between face and ring is wider, m.
+    /// Widest gap between face and ring at which the latches close, m.
     pub capture_gap_m: f64,
-    /// What moves.
+    /// State of the mechanism.
     #[serde(skip)]
     state: State,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct State {
-    /// The ring in P, and its twist (both parts in axes of P).
+    /// Pose of the ring in P, and its twist (both parts in axes of P).
     ring: Pose<f64>,
     twist: Twist<f64>,
-    /// Deflection of the friction where petals and face touch, m in P.
+    /// Deflection of the friction spring at each touch of petals and face, m in P.
     friction_m: [Vector3<f64>; TOUCHES],
-    /// What petals and face pressed on the ring at the end of the last step: force and torque about its
-    /// centre, axes of P.
+    /// Force and torque of petals and face on the ring at the end of the last step, about its centre, axes of P.
     pressed: Vector6<f64>,
-    /// The ring in J, once the latches hold it.
+    /// Pose of the ring in J, once the latches hold it.
     held: Option<Pose<f64>>,
 }
 
@@ -61,7 +59,7 @@ impl SoftCapture {
         in_range("capture_gap_m", self.capture_gap_m, 1e-5, 0.1)
     }
 
-    /// Face on the ring in a row with its legs, along x.
+    /// Stiffness and damping along x of the face on the ring, in series with the legs.
     pub(crate) fn first_contact(&self) -> Joint {
         let (legs, face) = (self.legs.axial(), 3.0 * self.surface.stiffness_n_per_m);
         Joint {
@@ -70,13 +68,13 @@ impl SoftCapture {
         }
     }
 
-    /// What the load cells of the legs show, N; pull is positive.
+    /// Readings of the load cells of the legs, N; pull is positive.
     pub fn load_cells(&self, at: &Relative) -> [f64; 6] {
         let (ring, twist) = self.ring(at);
         self.legs.cells(&ring, &twist)
     }
 
-    /// Pose and twist of the ring: where it was at the end of the last step, or where J holds it.
+    /// Pose and twist of the ring: those at the end of the last step, or, once latched, those that follow from J.
     fn ring(&self, at: &Relative) -> (Pose<f64>, Twist<f64>) {
         let Some(held) = &self.state.held else {
             return (self.state.ring, self.state.twist);
@@ -89,15 +87,14 @@ impl SoftCapture {
         (ring, twist)
     }
 
-    /// Velocity of J before the ring at a point, both in P, m/s.
+    /// Velocity of J relative to the ring at a point, both in P, m/s.
     fn sliding(&self, at: &Relative, point: &Vector3<f64>, ring: &Twist<f64>) -> Vector3<f64> {
         let lever = point - self.state.ring.translation.vector;
         at.velocity_at(point) - ring.linear - ring.angular.cross(&lever)
     }
 
-    /// Twist of the ring over a step that ends here: that with which the legs balance the mean of what
-    /// presses the ring at the step's two ends (the trapezoidal rule, so that no energy is lost on the
-    /// way).
+    /// Twist of the ring over a step that ends here. With it the legs balance the mean of the contact forces at both ends of
+    /// the step (trapezoidal rule, so that the integration loses no energy).
     fn yielding(&self, at: &Relative, touches: &[Touch; TOUCHES], step_s: f64) -> Twist<f64> {
         let State {
             ring,
@@ -133,7 +130,7 @@ impl SoftCapture {
         Twist::of(&solved(&resistance, &push).into())
     }
 
-    /// What petals and face press on the ring.
+    /// Force and torque of petals and face on the ring.
     fn pressing(&self, touches: &[Touch; TOUCHES]) -> Vector6<f64> {
         let ring = &self.state.ring;
         let each = touches
@@ -146,7 +143,7 @@ impl SoftCapture {
         each.sum()
     }
 
-    /// Forces of petals and face on J.
+    /// Reaction of petals and face on J.
     fn pushes(&self, at: &Relative, touches: &[Touch; TOUCHES]) -> Reaction {
         let mut sum = Reaction::none();
         for (touch, friction_m) in touches.iter().zip(&self.state.friction_m) {
@@ -163,13 +160,14 @@ impl SoftCapture {
     }
 }
 
-/// A force at a point as force and torque about the ring's centre, all in P.
+/// A force at a point as force and torque about the ring's centre, all in axes of P.
 fn on_ring(ring: &Pose<f64>, point: &Vector3<f64>, force: &Vector3<f64>) -> Vector6<f64> {
     let torque = (point - ring.translation.vector).cross(force);
     Vector6::new(force.x, force.y, force.z, torque.x, torque.y, torque.z)
 }
 
-/// The resistance of six legs that are not in one line is positive.
+/// Solves `resistance · twist = push`. The resistance of six legs that are not in one line is positive definite; zero
+/// otherwise.
 fn solved(resistance: &Matrix6<f64>, push: &Vector6<f64>) -> Vector6<f64> {
     match resistance.cholesky() {
         Some(factors) => factors.solve(push),
@@ -261,7 +259,7 @@ mod tests {
         }
     }
 
-    /// 15 t that fly at 0.1 m/s towards 350 t, `offset_m` off the axis.
+    /// A mass of 15 t that flies at 0.1 m/s towards 350 t, `offset_m` off the axis.
     fn pair(offset_m: f64) -> Pair {
         let (k, q) = ([2.0e4, 5.0e4, 5.0e4], [1e7, 3e7, 3e7]);
         Pair {
@@ -272,8 +270,8 @@ mod tests {
         }
     }
 
-    /// Pressed without offset, the petals push as the wall of a cone does, k sin²γ each along x, the
-    /// face with k at each of the three places beside them, and the legs give way in a row with both.
+    /// Pressed without offset, the petals act as the wall of a cone, with k sin²γ each along x. The face acts with k at each
+    /// of the same three places. The legs are in series with both.
     #[test]
     fn the_symmetric_case_is_a_cone_on_legs() {
         let mut mechanism = ring(0.0);
@@ -291,7 +289,7 @@ mod tests {
             "{push} {first}"
         );
         assert!(push.y.abs() + push.z.abs() < 1e-6, "{push}");
-        // The load cells weigh it.
+        // The load cells give the same force.
         let weighed = mechanism
             .legs
             .wrench(&mechanism.state.ring, &mechanism.load_cells(&at));
@@ -301,8 +299,8 @@ mod tests {
         );
     }
 
-    /// 0.10 m beside the axis the petals lead home and the latches close, unless friction is beyond
-    /// cot γ; momentum is kept and the energy is booked.
+    /// From 0.10 m beside the axis the petals guide the ring home and the latches close, unless the friction coefficient is
+    /// above cot γ. Momentum is conserved, and the energy balance holds.
     #[test]
     fn petals_centre_a_lateral_offset() {
         for (friction, home) in [(0.0, true), (0.2, true), (1.3, false)] {
@@ -335,7 +333,7 @@ mod tests {
         }
     }
 
-    /// Held by the latches, J moves on the legs alone.
+    /// Once latched, J moves against the legs alone.
     #[test]
     fn a_locked_ring_is_rigid() {
         let mut mechanism = ring(0.2);

@@ -1,10 +1,10 @@
-//! Bodies that meet a mechanism in tests.
+//! Bodies that collide with a mechanism, for tests.
 
 use crate::{Booked, EnergyBook, Mechanism, Relative};
 use nalgebra::{Point3, Translation3, UnitQuaternion, Vector3};
 use softdock_control::frames::{Pose, Twist, Wrench};
 
-/// What became of a mass that flew along x into a mechanism.
+/// Result of a mass that flew along x into a mechanism.
 #[derive(Debug)]
 pub(crate) struct Bounce {
     pub(crate) restitution: f64,
@@ -14,7 +14,8 @@ pub(crate) struct Bounce {
 }
 
 impl Bounce {
-    /// The book balances, and what it lost is what the mass lost; both as shares of its energy.
+    /// Asserts that the energy balance holds and that the loss of the mechanism equals that of the mass, both as shares of
+    /// the mass's energy.
     pub(crate) fn assert_balanced(&self, mass_kg: f64, speed_m_s: f64, share: f64) {
         let energy = 0.5 * mass_kg * speed_m_s * speed_m_s;
         assert!(self.book.imbalance_j().abs() < share * energy, "{self:?}");
@@ -27,7 +28,7 @@ impl Bounce {
     }
 }
 
-/// A mass that comes to J = P with a speed, until the mechanism lets it go.
+/// A mass that reaches J = P with a speed; simulated until the mechanism releases it.
 pub(crate) fn bounce(
     mechanism: impl Mechanism,
     mass_kg: f64,
@@ -60,8 +61,7 @@ pub(crate) fn bounce(
     }
 }
 
-/// A free rigid body; its momenta are what is integrated, so that what a force and its reaction do
-/// cancels to the last digit.
+/// A free rigid body. Its momenta are integrated, so that a force and its reaction cancel to the last digit.
 pub(crate) struct Body {
     mass: f64,
     inertia: Vector3<f64>,
@@ -71,7 +71,7 @@ pub(crate) struct Body {
 }
 
 impl Body {
-    /// At a place, flying along x.
+    /// A body at a position, flying along x.
     pub(crate) fn new(mass: f64, inertia: [f64; 3], place: [f64; 3], speed: f64) -> Self {
         Self {
             mass,
@@ -88,7 +88,7 @@ impl Body {
         self.pose.rotation * own.component_div(&self.inertia)
     }
 
-    /// Takes a force at a point, then moves.
+    /// Applies a force at a point, then moves.
     fn step(&mut self, point: &Vector3<f64>, [force, torque]: [Vector3<f64>; 2], step_s: f64) {
         let lever = point - self.pose.translation.vector;
         self.momentum += force * step_s;
@@ -98,7 +98,7 @@ impl Body {
             UnitQuaternion::from_scaled_axis(self.turning() * step_s) * self.pose.rotation;
     }
 
-    /// Velocity of a point along a normal by a unit impulse along it there, 1/kg.
+    /// Change of velocity of a point along a normal per unit impulse along it at that point, 1/kg.
     pub(crate) fn answer(&self, point: &Vector3<f64>, normal: &Vector3<f64>) -> f64 {
         let lever = point - self.pose.translation.vector;
         let own = self.pose.rotation.inverse() * lever.cross(normal);
@@ -136,7 +136,7 @@ impl Pair {
         }
     }
 
-    /// Linear, and angular about the origin of the world.
+    /// Linear momentum, and angular momentum about the origin of the world.
     pub(crate) fn momentum(&self) -> (Vector3<f64>, Vector3<f64>) {
         let angular = |b: &Body| b.spin + b.pose.translation.vector.cross(&b.momentum);
         (
@@ -152,7 +152,7 @@ impl Pair {
             .sum()
     }
 
-    /// One step under a wrench on K at J, and its reaction on Q at the same point.
+    /// One step with a wrench on K at J, and its reaction on Q at the same point.
     pub(crate) fn step(&mut self, wrench: &Wrench<f64>, step_s: f64) {
         let point = self.k.pose * Point3::from(self.k_from_j);
         let [force, torque] = [wrench.force, wrench.torque].map(|v| self.k.pose.rotation * v);
@@ -161,10 +161,10 @@ impl Pair {
     }
 }
 
-/// What became of two bodies that met.
+/// Result of the collision of two bodies.
 #[derive(Debug)]
 pub(crate) struct Met {
-    /// Where and in which direction K was pushed first, in the world.
+    /// Point and direction of the first force on K, in the world.
     pub(crate) point: Vector3<f64>,
     pub(crate) normal: Vector3<f64>,
     pub(crate) duration_s: f64,
@@ -174,7 +174,7 @@ pub(crate) struct Met {
     pub(crate) book: EnergyBook,
 }
 
-/// Two bodies fly until they have met and parted, at most so many steps.
+/// Two bodies fly until they have met and separated, for at most `steps` steps.
 pub(crate) fn meet(
     pair: &mut Pair,
     mechanism: impl Mechanism,
@@ -200,7 +200,7 @@ pub(crate) fn meet(
     None
 }
 
-/// A pure force meets its line of action at the foot of the perpendicular from J.
+/// The line of action of a pure force passes through the foot of the perpendicular from J.
 fn first_touch(pair: &Pair, wrench: &Wrench<f64>) -> Met {
     let foot = wrench.force.cross(&wrench.torque) / wrench.force.norm_squared();
     let point = (pair.k.pose * Point3::from(pair.k_from_j + foot)).coords;

@@ -1,32 +1,31 @@
-//! A preloaded spring in two stages with a friction brake, as shock absorbers of docking probes have
-//! (Syromiatnikov, Spacecraft Docking Devices).
+//! A preloaded two-stage spring with a friction brake, as in shock absorbers of docking probes (Syromiatnikov, Spacecraft
+//! Docking Devices).
 
 use crate::{Mechanism, Reaction, Relative};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use softdock_control::range::{SettingsError, in_range};
 
-/// The absorber does not move below `F0 + Ff`; inwards it pushes with `F0 + Ff + k x`, back with
-/// `F0 − Ff + k x`. From `second_stage_m` on k is the stiffer one. The head that it carries sits on
-/// it with a stiffness of its own.
+/// The absorber does not move below `F0 + Ff`. Moving inwards it pushes with `F0 + Ff + k x`, moving back with `F0 − Ff + k
+/// x`. From `second_stage_m` on k is that of the stiffer second stage. The head rests on the absorber with a separate
+/// stiffness.
 ///
-/// A mass that comes with v and goes with v': `½ m v² = (F0 + Ff) X + ½ k X²`,
-/// `½ m v'² = (F0 − Ff) X + ½ k X²`.
+/// For a mass that arrives with v and leaves with v': `½ m v² = (F0 + Ff) X + ½ k X²`, `½ m v'² = (F0 − Ff) X + ½ k X²`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TwoStage {
-    /// F0, N.
+    /// F0, preload, N.
     pub preload_n: f64,
     /// k of the first stage, N/m.
     pub stiffness_n_per_m: f64,
     /// Deflection at which the second stage begins, m.
     pub second_stage_m: f64,
-    /// k from there on, N/m.
+    /// k of the second stage, N/m.
     pub second_stiffness_n_per_m: f64,
-    /// Ff, N.
+    /// Ff, friction of the brake, N.
     #[serde(default)]
     pub brake_n: f64,
-    /// Of the head on the absorber, N/m.
+    /// Stiffness of the head on the absorber, N/m.
     pub seat_stiffness_n_per_m: f64,
     /// Deflection of the absorber, m.
     #[serde(skip)]
@@ -60,7 +59,7 @@ impl TwoStage {
         self.preload_n + self.stiffness_n_per_m * first + self.second_stiffness_n_per_m * beyond
     }
 
-    /// Energy in them, J; that of the preload at rest is not counted.
+    /// Energy in the springs, J, without that of the preload at rest.
     fn spring_j(&self, deflection_m: f64) -> f64 {
         let beyond = (deflection_m - self.second_stage_m).max(0.0);
         let first = deflection_m - beyond;
@@ -69,7 +68,7 @@ impl TwoStage {
             + (at_stage + 0.5 * self.second_stiffness_n_per_m * beyond) * beyond
     }
 
-    /// Where the absorber yields with this friction: `k_seat (x − d) = spring(d) + friction`.
+    /// Deflection of the absorber while it moves against this friction: solves `k_seat (x − d) = spring(d) + friction`.
     fn yielding(&self, depth_m: f64, friction_n: f64) -> f64 {
         let pressed = self.seat_stiffness_n_per_m * depth_m - self.preload_n - friction_n;
         let first = pressed / (self.seat_stiffness_n_per_m + self.stiffness_n_per_m);
@@ -81,7 +80,7 @@ impl TwoStage {
             / (self.seat_stiffness_n_per_m + self.second_stiffness_n_per_m)
     }
 
-    /// Deflection at which the brake holds the springs without a push, m: they return it no farther.
+    /// Deflection at which the brake holds the springs without a push, m: they return the absorber no farther.
     fn stuck_m(&self) -> f64 {
         let held_n = (self.brake_n - self.preload_n).max(0.0);
         let stage_n = self.stiffness_n_per_m * self.second_stage_m;
@@ -94,10 +93,10 @@ impl TwoStage {
         }
     }
 
-    /// Deflection of the absorber once its head has been moved to a depth.
+    /// Deflection of the absorber after its head was moved to a depth, m.
     fn settled(&self, depth_m: f64) -> f64 {
         let held = self.deflection_m;
-        // A seat does not pull.
+        // The seat cannot pull.
         let push = self.seat_stiffness_n_per_m * (depth_m - held).max(0.0);
         let spring = self.spring_n(held);
         if push > spring + self.brake_n {
@@ -149,7 +148,7 @@ mod tests {
         }
     }
 
-    /// Depth and restitution from the two energy equations, within the first stage and beyond it.
+    /// Depth and restitution from the two energy equations, within the first stage and beyond.
     #[test]
     fn depth_and_restitution_follow_from_the_energies() {
         let mass = 5000.0;
@@ -179,7 +178,8 @@ mod tests {
         }
     }
 
-    /// Its head is met as a wall up to preload and brake, and then a constant force: no spring for a critical delay.
+    /// Up to preload and brake force the head is a wall, beyond it a constant force: there is no linear spring for a critical
+    /// delay.
     #[test]
     fn an_absorber_that_stands_on_its_preload_is_no_spring() {
         let met = |preload_n: f64, brake_n: f64| {
@@ -196,8 +196,8 @@ mod tests {
         assert_eq!(met(0.0, 0.0), Some(5e3));
     }
 
-    /// A brake that is stronger than the preload keeps the absorber pressed, as far as the spring is too weak: no seat
-    /// pulls it home, and the brake turns no more into heat than the spring gives.
+    /// A brake that is stronger than the preload keeps the absorber pressed in as far as the spring is too weak. No seat
+    /// pulls it home, and the brake dissipates no more than the spring gives.
     #[test]
     fn a_strong_brake_keeps_it_pressed() {
         for (pressed_m, left_m) in [(0.01, 0.01), (0.03, 0.02), (0.07, 0.02)] {
@@ -217,7 +217,7 @@ mod tests {
         }
     }
 
-    /// Below preload and brake only the head gives way, by as much as its seat is soft.
+    /// Below preload plus brake force only the seat of the head yields.
     #[test]
     fn nothing_moves_below_preload_and_brake() {
         let mut absorber = absorber(100.0);

@@ -22,11 +22,11 @@ const SUPERSCRIPTS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', 
 /// A linear axis over a range that is finite and not empty.
 #[derive(Clone, Debug)]
 pub(super) struct Axis {
-    /// What it spans, in the unit of the data.
+    /// Range of the axis, in the unit of the data.
     pub(super) range: Range<f64>,
-    /// How many numbers it has room for.
+    /// Largest number of ticks.
     pub(super) most_ticks: usize,
-    /// Its numbers are the data divided by ten to this power, a multiple of three.
+    /// The numbers on the axis are the data divided by ten to this power, a multiple of three.
     exponent: i32,
     decimals: usize,
 }
@@ -53,7 +53,7 @@ impl Axis {
         axis
     }
 
-    /// Where a value lies: 0 at the start of the range, 1 at its end.
+    /// Position of a value: 0 at the start of the range, 1 at its end.
     pub(super) fn part(&self, value: f64) -> f64 {
         (value - self.range.start) / (self.range.end - self.range.start)
     }

@@ -24,8 +24,8 @@ const TITLE_FONT_PX: f64 = 13.5;
 /// Height of a line of the title, in pixels.
 const TITLE_LINE_PX: i32 = 19;
 
-/// Attributes that say what holds anyway. They would be a third of a cloud of markers. Text cannot be hit, since its
-/// quotes are escaped.
+/// Attributes with default values, which are removed: they would be a third of a cloud of markers. Text is not affected,
+/// since its quotes are escaped.
 const DEFAULTS: [&str; 3] = [
     " opacity=\"1\"",
     " stroke=\"none\" stroke-width=\"1\"",
@@ -45,7 +45,7 @@ pub(super) struct Canvas<'a> {
     pub(super) title_px: i32,
 }
 
-/// Draws an SVG of this width and height in pixels below a title, whose height comes on top of it.
+/// Draws an SVG of this width and height in pixels below a title, whose height is added.
 pub(super) fn draw(
     title: &str,
     (width, height): (u32, i32),

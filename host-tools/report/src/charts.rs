@@ -19,7 +19,7 @@ const HALF_BAR_PX: f64 = 7.0;
 /// Middle and half the thickness of the thin bar below the main one, in pixels from the middle of the row.
 const THIN_BAR_PX: (f64, f64) = (7.5, 1.5);
 
-/// By how much the main bar moves up and gets slimmer when a thin one stands below it, in pixels.
+/// Distance by which the main bar moves up, and by which it becomes thinner, if there is a thin bar below it, in pixels.
 const BAR_MAKES_ROOM_PX: f64 = 2.0;
 
 /// Height of the line that names the values, in pixels.
@@ -160,7 +160,7 @@ impl BarChart {
         rows
     }
 
-    /// The row of a bar that starts, as the thin one below it, at `start`.
+    /// The row of a bar; `start` has the starts of the bar and of the thin one below it.
     fn row(&self, bar: &Bar, start: [f64; 2], paint: Paint) -> Row {
         let finite = |from: f64, to: f64| to.is_finite().then_some((from, to));
         Row {
@@ -213,7 +213,7 @@ impl Interval {
         }
     }
 
-    /// In the unit of the value.
+    /// The row of an interval in the unit of the value.
     fn row_in_its_unit(&self) -> Row {
         let [low, high] = [self.low, self.high].map(|end| end - self.value);
         let finite = low.is_finite() && high.is_finite();
@@ -232,7 +232,7 @@ impl Interval {
         }
     }
 
-    /// Ends of the interval in parts of the value's magnitude, from the value.
+    /// Ends of the interval relative to the value, in units of its magnitude; None if they are not finite.
     fn relative(&self) -> Option<(f64, f64)> {
         let [low, high] = [self.low, self.high].map(|end| (end - self.value) / self.value.abs());
         (low.is_finite() && high.is_finite()).then_some((low, high))
@@ -300,7 +300,7 @@ fn draw(
     })
 }
 
-/// Where the columns of a chart are, in pixels, and what the bars span.
+/// Positions of the columns of a chart, in pixels, and the range of the bars.
 struct RowChart<'a, 'b> {
     canvas: &'a Canvas<'b>,
     top_px: f64,
@@ -321,7 +321,7 @@ impl<'a, 'b> RowChart<'a, 'b> {
         let values_right_px = width - 2.0;
         let ends = rows.iter().flat_map(|r| [r.bar, r.thin_bar, r.interval]);
         let ends = ends.flatten().flat_map(|(from, to)| [from, to]);
-        // Bars stand on the edge, caps of intervals do not.
+        // Bars start at the edge; the caps of intervals need a margin.
         let has_intervals = rows.iter().any(|row| row.interval.is_some());
         let margin = if has_intervals { 0.02 } else { 0.0 };
         Self {

@@ -1,4 +1,4 @@
-//! A curve: what it is made of, and how it is drawn with no more points than a screen can show.
+//! A curve, and how it is drawn with no more points than a screen can show.
 //!
 //! A recording has ten to a hundred points per pixel column. Drawing first, lowest, highest and last of each column
 //! gives the same pixels as drawing all, so that a peak of one cycle survives.
@@ -81,7 +81,7 @@ impl Series {
         self
     }
 
-    /// Points that can be drawn at all.
+    /// The points that can be drawn.
     pub(super) fn drawable(&self) -> impl Iterator<Item = &(f64, f64)> {
         self.points.iter().filter(|point| drawable(point))
     }
@@ -170,7 +170,7 @@ fn outline(points: &[Spot]) -> Vec<Spot> {
     kept.into_iter().map(|index| points[index]).collect()
 }
 
-/// One marker per cell of a grid, which is coarsened until few enough remain; a point that stands alone stays.
+/// Thins points to one marker per cell of a grid, which is coarsened until few enough remain. An isolated point always stays.
 fn thin_cloud(mut points: Vec<Spot>) -> Vec<Spot> {
     let mut cell = SCALE;
     while points.len() > MAX_MARKERS {

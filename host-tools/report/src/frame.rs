@@ -1,10 +1,10 @@
-//! The frame of a plot: from data to drawing units.
+//! The frame of a plot: maps data to drawing units.
 
 use super::axis::Axis;
 use super::canvas::Spot;
 use std::ops::Range;
 
-/// The two axes and the place of the frame between them, in drawing units.
+/// The two axes and the position of the frame between them, in drawing units.
 pub(super) struct Frame {
     pub(super) x: Axis,
     pub(super) y: Axis,
@@ -13,7 +13,7 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// Where a point of the data stands.
+    /// Position of a data point.
     pub(super) fn at(&self, (x, y): (f64, f64)) -> Spot {
         let along = |part: f64, pixels: &Range<i32>| part * f64::from(pixels.end - pixels.start);
         (

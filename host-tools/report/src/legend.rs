@@ -1,4 +1,4 @@
-//! The legend: which mark is which series or window, in lines above the plot, where it hides nothing.
+//! The legend: which sample stands for which series or window, in lines above the plot, where it hides nothing.
 
 use super::canvas::{Canvas, FONT_PX, Spot, units};
 use super::curve::Style;

@@ -31,12 +31,12 @@ impl Page {
         }
     }
 
-    /// The one sentence that a hurried reader takes along.
+    /// The headline: one sentence that sums the report up.
     pub fn headline(&mut self, sentence: &str) -> &mut Self {
         self.element("p class=\"headline\"", sentence)
     }
 
-    /// The headline with what it amounts to in a word or two, on a ground that shows the judgement.
+    /// The headline with a short verdict in a coloured badge.
     pub fn verdict(&mut self, mark: Mark, badge: &str, sentence: &str) -> &mut Self {
         let (class, badge, sentence) = (mark.class(), escape(badge), escape(sentence));
         self.push(&format!(
@@ -137,7 +137,7 @@ impl Page {
         ))
     }
 
-    /// Version and identity of what made the page, for its foot.
+    /// Version and identity of the program that made the page, for its foot.
     pub fn identity(&mut self, identity: &str) -> &mut Self {
         identity.clone_into(&mut self.identity);
         self

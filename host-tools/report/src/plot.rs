@@ -39,7 +39,7 @@ const CORRIDOR: Hue = Hue::Blue;
 /// Opacity of shaded windows.
 const TINT: f64 = 0.13;
 
-/// A shaded window: a phase of the docking, or where something fails.
+/// A shaded window, such as a phase of the docking or a time of large error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Band {
     /// Start, in the unit of the x axis.
@@ -53,7 +53,7 @@ pub struct Band {
 }
 
 impl Band {
-    /// Its part within `range`, if there is any.
+    /// The part of the window within `range`; None if there is none.
     fn within(&self, range: &Range<f64>) -> Option<(f64, f64)> {
         let (from, to) = (self.from.min(self.to), self.from.max(self.to));
         let known = !self.from.is_nan() && !self.to.is_nan();
@@ -75,7 +75,7 @@ pub struct Plot {
     pub series: Vec<Series>,
     /// Shaded windows behind the curves.
     pub shaded: Vec<Band>,
-    /// A band along x behind the curves, from and to in the unit of y, as ±2 σ of the noise.
+    /// A horizontal band behind the curves, with limits in the unit of y, such as ±2 σ of the noise.
     pub corridor: Option<Band>,
     /// Height without title and legend, in pixels from 100 to 4000.
     pub height: u32,
@@ -83,7 +83,7 @@ pub struct Plot {
     pub y_from_zero: bool,
 }
 
-/// The windows of one name in view.
+/// All windows of one name within the plotted range.
 struct Windows<'a> {
     label: &'a str,
     tint: Hue,
@@ -135,7 +135,7 @@ impl Plot {
         )
     }
 
-    /// Names and samples of all that is in view.
+    /// Names and samples of everything that is drawn.
     fn legend(&self) -> Vec<(String, Sample)> {
         let series = self.hues().map(|(series, hue)| {
             let no_data = !series.name.is_empty() && series.drawable().next().is_none();
@@ -190,14 +190,14 @@ impl Plot {
         })
     }
 
-    /// What stands in the frame: windows, the line of zero, and the curves.
+    /// Draws the content of the frame: windows, the zero line, and the curves.
     fn draw_in(&self, canvas: &Canvas<'_>, frame: &Frame) -> Result<()> {
         let (columns, rows) = (&frame.columns, &frame.rows);
         for windows in self.windows() {
             let paint = Paint::Hue(windows.tint);
             for (from, to) in merged(&windows.spans, frame) {
                 canvas.fill([(from, rows.start), (to, rows.end)], paint, TINT)?;
-                // A clear bar on the upper edge, which survives a bad printer.
+                // An opaque bar at the upper edge, which is visible in a bad print, too.
                 let edge = [(from, rows.start - units(2.0)), (to, rows.start)];
                 canvas.fill(edge, paint, 0.8)?;
             }
@@ -270,7 +270,7 @@ impl Plot {
         let has_markers = self.series.iter().any(|s| s.style == Style::Points);
         let margin = if has_markers { 0.02 } else { 0.0 };
         if self.drawable().next().is_some() {
-            // A gap at the ends is a part of the record too.
+            // A gap at either end belongs to the recorded time, too.
             let points = self.series.iter().flat_map(|series| &series.points);
             let x = points.map(|point| point.0);
             axis::range_of(x.filter(|x| x.abs() <= axis::LARGEST), margin)
@@ -286,7 +286,7 @@ impl Plot {
         let corridor = corridor.filter(|value| value.abs() <= axis::LARGEST);
         let shown = self.drawable().map(|point| point.1);
         let range = axis::range_of(shown.chain(zero).chain(corridor), Y_MARGIN);
-        // Magnitudes stand on the axis, without a margin below it.
+        // Values that cannot be negative begin at the axis, without a margin below.
         let stands_on_zero =
             self.y_from_zero && range.end > 0.0 && self.drawable().all(|point| point.1 >= 0.0);
         let start = if stands_on_zero { 0.0 } else { range.start };

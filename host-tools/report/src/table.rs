@@ -1,5 +1,5 @@
-//! One table for both readers: the HTML page and the terminal show the same texts from the same cells. How a terminal
-//! shows them says [`super::terminal`].
+//! One table for both readers: the HTML page and the terminal show the same texts from the same cells. [`super::terminal`]
+//! has the layout on a terminal.
 
 use super::number::{self, Format};
 use super::text;
@@ -9,11 +9,11 @@ const SHORT_TEXT: usize = 24;
 /// Head of a column.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Column {
-    /// What the column holds.
+    /// Title of the column.
     pub title: String,
     /// Unit of its numbers, empty for none. It stands in the head only, not at each number.
     pub unit: String,
-    /// Whether it holds numbers, which stand at its right edge and never wrap.
+    /// Whether the column holds numbers, which are right-aligned and never wrap.
     is_numeric: bool,
 }
 
@@ -122,7 +122,7 @@ impl Cell {
         self.content.chars().count() <= SHORT_TEXT
     }
 
-    /// What both readers see.
+    /// The text for both readers, with the sign of the mark.
     pub(super) fn shown(&self) -> String {
         match self.mark {
             Some(mark) => format!("{} {}", mark.sign(), self.content),
@@ -140,7 +140,7 @@ pub struct Table {
     pub columns: Vec<Column>,
     /// Rows, from top to bottom.
     pub rows: Vec<Vec<Cell>>,
-    /// What its marks mean, below the table; empty where they need no words.
+    /// Meaning of the marks, below the table; empty where they need no explanation.
     pub legend: String,
 }
 

@@ -1,5 +1,5 @@
-//! A table on a terminal: as wide as that is. Words wrap; a table whose numbers are wider is continued below, with its
-//! first column again.
+//! A table on a terminal, at most as wide as that. Words wrap. A table whose numbers need more width is continued below, with
+//! its first column repeated.
 
 use super::table::{Cell, Mark, Table};
 use super::text;
@@ -9,10 +9,10 @@ use comfy_table::{
 use std::fmt::{self, Display, Formatter};
 use std::sync::OnceLock;
 
-/// The terminal that tables are written for, if it is one.
+/// The terminal for which tables are laid out; unset if there is none.
 static TERMINAL: OnceLock<Terminal> = OnceLock::new();
 
-/// What a terminal can show.
+/// Properties of a terminal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Terminal {
     /// Characters in a line.
@@ -22,7 +22,7 @@ pub struct Terminal {
 }
 
 impl Terminal {
-    /// From now on tables that are displayed fit this terminal. Only the first call counts.
+    /// Lays out all tables that are displayed from now on for this terminal. Only the first call has an effect.
     pub fn use_for_tables(self) {
         TERMINAL.get_or_init(|| self);
     }
@@ -56,7 +56,7 @@ impl Table {
         lines
     }
 
-    /// Tables that fit one below the other, each with the first column; only one if that fits.
+    /// Splits the table into tables that fit the terminal, each with the first column. One table if that fits.
     fn parts(&self, terminal: Terminal) -> Vec<Table> {
         let room = usize::from(terminal.columns);
         let (key, further) = (0..1, 1..self.width());
@@ -87,7 +87,7 @@ impl Table {
         parts.iter().map(|columns| self.only(columns)).collect()
     }
 
-    /// Some of its columns.
+    /// The table with only these columns.
     fn only(&self, columns: &[usize]) -> Table {
         let cells = |row: &Vec<_>| {
             columns
@@ -107,7 +107,7 @@ impl Table {
         }
     }
 
-    /// As lines that are no longer than the terminal's, if its numbers let it.
+    /// The table as lines that are no longer than those of the terminal, if its numbers allow it.
     fn fitted(&self, terminal: Terminal) -> String {
         let mut table = self.drawn();
         table.set_content_arrangement(ContentArrangement::Dynamic);
@@ -119,8 +119,8 @@ impl Table {
         format!("{}\n", table.trim_fmt())
     }
 
-    /// Characters that each column gets at least: numbers whole, and words as well, of heads too. Where the terminal is
-    /// not wide enough, the widest columns of words give way, and then the heads.
+    /// Smallest width of each column, characters: enough for whole numbers and unbroken words, in heads too. Where the
+    /// terminal is too narrow, first the widest columns of words are narrowed, then the heads.
     fn least_widths(&self, terminal: Terminal) -> Vec<u16> {
         let columns = || 0..self.width();
         let room = usize::from(terminal.columns);
@@ -139,7 +139,7 @@ impl Table {
             .collect()
     }
 
-    /// The widths with less for the widest columns of words, until they fit or have no more to give.
+    /// Narrows the widest columns of words until the table fits, or none can be narrowed further.
     fn narrowed(&self, mut widths: Vec<usize>, room: usize) -> Vec<usize> {
         while needed(&widths) > room {
             let words = (0..widths.len()).filter(|column| !self.is_numeric(*column));
@@ -199,8 +199,8 @@ fn longest_word(text: &str) -> usize {
 }
 
 impl Display for Table {
-    /// Writes the table as lines of text, each ended by a line break: as wide as it likes and without colours, or as
-    /// [`Terminal::use_for_tables`] asks.
+    /// Writes the table as lines of text, each ended by a line break: without a limit of width and without colours, or as set
+    /// by [`Terminal::use_for_tables`].
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         f.write_str(&self.lines(TERMINAL.get().copied()))
     }

@@ -1,5 +1,5 @@
-//! Where the workbench listens, and who may ask there. Beyond this computer that is who knows a token: a browser
-//! brings it once in the address and keeps it as a cookie, a program sends it with each request.
+//! The address on which the workbench listens, and access from other computers, which needs a token. A browser sends the
+//! token once in the address and keeps it as a cookie; a program sends it with each request.
 
 use axum::http::header::{AUTHORIZATION, COOKIE, HeaderMap, LOCATION, SET_COOKIE};
 use axum::http::{StatusCode, Uri};
@@ -7,15 +7,15 @@ use axum::response::{IntoResponse, Response};
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 use std::str::FromStr;
 
-/// Fewest characters of a token: nobody tries them all over a network.
+/// Smallest length of a token, characters: too many combinations to try over a network.
 const SHORTEST: usize = 16;
 
-/// Where the workbench listens.
+/// The computers that can reach the workbench.
 #[derive(Clone, Debug)]
 pub enum Reach {
-    /// On this computer alone.
+    /// This computer only.
     ThisComputer,
-    /// On an address that other computers reach, for those who know the token.
+    /// Other computers too, on this address, with the token.
     Network(IpAddr, AccessToken),
 }
 
@@ -27,7 +27,8 @@ impl Reach {
         }
     }
 
-    /// Where a browser finds it: every address of this computer is none that can be opened.
+    /// Host in the URL for a browser. The unspecified address (all interfaces) cannot be opened, so it is replaced by the
+    /// loopback address.
     pub(super) fn host(&self) -> IpAddr {
         match self {
             Self::Network(address, _) if !address.is_unspecified() => *address,
@@ -37,7 +38,7 @@ impl Reach {
     }
 }
 
-/// What whoever asks from another computer has to know.
+/// Secret that requests from other computers have to contain.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AccessToken(String);
 
@@ -56,12 +57,12 @@ impl FromStr for AccessToken {
 }
 
 impl AccessToken {
-    /// What stands behind the address of the page.
+    /// Query of the page's URL with the token.
     pub(super) fn query(&self) -> String {
         format!("?token={}", self.0)
     }
 
-    /// In a time that does not say how much of it is right.
+    /// Compares in constant time.
     fn is(&self, other: &str) -> bool {
         let pairs = self.0.bytes().zip(other.bytes());
         self.0.len() == other.len() && pairs.fold(0, |sum, (a, b)| sum | (a ^ b)) == 0
@@ -79,14 +80,14 @@ impl AccessToken {
             || bearers.any(|one| self.is(one.trim()))
     }
 
-    /// The page is opened with the token in its address.
+    /// Whether the page is requested with the token in its address.
     pub(super) fn is_introduced(&self, asked: &Uri) -> bool {
         let mut pairs = asked.query().unwrap_or_default().split('&');
         asked.path() == "/"
             && pairs.any(|one| one.strip_prefix("token=").is_some_and(|t| self.is(t)))
     }
 
-    /// Lets the browser keep it, and takes it out of the address.
+    /// A redirect that sets the cookie and removes the token from the address.
     pub(super) fn kept(&self, port: u16) -> Response {
         let name = cookie_name(port);
         let cookie = format!("{name}={}; Path=/; HttpOnly; SameSite=Strict", self.0);
@@ -98,7 +99,7 @@ impl AccessToken {
     }
 }
 
-/// Browsers share cookies among the ports of a computer.
+/// Name of the cookie. It contains the port, as browsers share cookies among the ports of a computer.
 fn cookie_name(port: u16) -> String {
     format!("softdock_{port}")
 }

@@ -1,5 +1,5 @@
-//! The page: files that are part of the program. A debug build reads them from the source tree as they are, so
-//! that the page can be worked on without a compiler.
+//! The files of the page, built into the program. A debug build reads them from the source tree, so that the page can be
+//! edited without compiling.
 
 use super::problem::Problem;
 use axum::extract::Path;

@@ -1,9 +1,9 @@
-//! What model files said before they were changed, for undoing.
+//! Texts of model files before they were changed, for undoing.
 
 use std::collections::HashMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// What each model file said before its last change by the page, and the fingerprint of what it said after.
+/// For each model file the text before its last change by the page, and the fingerprint of the text after it.
 #[derive(Default)]
 pub(super) struct Before(Mutex<HashMap<String, [String; 2]>>);
 

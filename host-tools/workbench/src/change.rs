@@ -1,6 +1,6 @@
-//! What changes a model file: an addition that a job has prepared, and its undoing.
+//! Changes of a model file: an addition that a job has prepared, its undoing, and the removal of an effect.
 //!
-//! A file is replaced in one step, and only if it still says what the page saw.
+//! A file is replaced atomically, and only if it still has the text that the page saw.
 
 use super::files::fingerprint;
 use super::models::open;
@@ -13,25 +13,25 @@ use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
 use softdock_physics::model::edit::ModelFile;
 
-/// What a change says.
+/// The answer to a change.
 #[derive(Serialize)]
 pub(super) struct Changed {
     written: bool,
-    /// What was or would be changed, as a unified diff.
+    /// The difference that was or would be written, as a unified diff.
     difference: String,
-    /// Of the file as it is now.
+    /// Fingerprint of the file as it is now.
     if_match: String,
 }
 
-/// Which addition is written.
+/// Body of a request to write an addition.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Addition {
-    /// The job that prepared it.
+    /// Id of the job that prepared it.
     job: u64,
-    /// Of the file that the page saw.
+    /// Fingerprint of the file that the page saw.
     if_match: String,
-    /// Write also what does not help on unseen data.
+    /// Whether an addition is written although it does not help on unseen data.
     #[serde(default)]
     force: bool,
 }
@@ -65,11 +65,11 @@ pub(super) async fn add(
     .await
 }
 
-/// Gives a file the text that it had before its last change by the page.
+/// Body of a request to restore the text before the last change by the page.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Undoing {
-    /// Of the file that the page saw.
+    /// Fingerprint of the file that the page saw.
     if_match: String,
 }
 
@@ -96,11 +96,11 @@ pub(super) async fn undo(
     .await
 }
 
-/// Whether the file is changed, or what would be changed is only shown.
+/// Body of a request to remove an effect; without `write` the difference is only shown.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Removal {
-    /// Of the file that the page saw.
+    /// Fingerprint of the file that the page saw.
     if_match: String,
     write: bool,
 }
@@ -129,7 +129,7 @@ pub(super) async fn remove(
     .await
 }
 
-/// A model file, if it says what was seen.
+/// Opens a model file. An error if its fingerprint is not that of `seen`.
 fn unchanged(bench: &Workbench, id: &str, seen: &[&str]) -> Result<ModelFile, Problem> {
     let file = open(bench, id)?;
     let now = fingerprint(file.text());

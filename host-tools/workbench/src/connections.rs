@@ -1,7 +1,7 @@
-//! A listener that takes a bounded number of connections; further ones wait in the system's queue.
+//! A listener with a limited number of connections; further ones wait in the system's queue.
 //!
-//! A connection on which nothing comes or goes gives its place back after a while: a request that is begun and not
-//! ended, a reader that does not read, a browser that keeps a connection for later; not one whose answer is worked on.
+//! A connection without traffic is closed after a while: one with an incomplete request, one whose client does not read, or
+//! one that a browser keeps open for later. A connection whose answer is being computed is kept.
 
 use axum::extract::Request;
 use axum::extract::connect_info::{ConnectInfo, Connected};
@@ -20,18 +20,18 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::{Instant, Sleep, sleep};
 
-/// Connections at a time: a browser opens six for each of its tabs.
+/// Largest number of connections: a browser opens six for each of its tabs.
 pub(super) const MOST: usize = 64;
-/// Longest silence of a connection; streams of events say something every 15 s.
+/// Time without traffic after which a connection is closed; event streams send something every 15 s.
 const SILENCE: Duration = Duration::from_secs(60);
 
-/// A listener whose connections share a number of places with others.
+/// A listener that takes a place of the semaphore for each connection; several listeners may share one.
 pub(super) struct Bounded {
     pub(super) listener: TcpListener,
     pub(super) places: Arc<Semaphore>,
 }
 
-/// How many answers are worked on for a connection.
+/// Number of answers that are being computed for a connection.
 #[derive(Clone, Default)]
 pub(super) struct Working(Arc<AtomicUsize>);
 
@@ -45,7 +45,7 @@ impl Connected<IncomingStream<'_, Bounded>> for Working {
     }
 }
 
-/// Lets what answers a request know its connection.
+/// Makes the connection known to the handler of a request.
 pub(super) async fn known(
     ConnectInfo(working): ConnectInfo<Working>,
     request: Request,
@@ -54,7 +54,7 @@ pub(super) async fn known(
     WORKING.scope(working, next.run(request)).await
 }
 
-/// Work on an answer, until it is dropped; its connection waits for it.
+/// Marks an answer as being computed until this is dropped; meanwhile its connection is kept.
 pub(super) struct Work(Option<Working>);
 
 impl Work {
@@ -75,10 +75,10 @@ impl Drop for Work {
     }
 }
 
-/// A connection that gives its place back when it is dropped.
+/// A connection that releases its place when it is dropped.
 pub(super) struct Connection<S> {
     stream: S,
-    /// Ends with the silence.
+    /// Expires when there was no traffic for [`SILENCE`].
     silent: Pin<Box<Sleep>>,
     working: Working,
     _place: Option<OwnedSemaphorePermit>,
@@ -110,7 +110,7 @@ impl<S> Connection<S> {
         }
     }
 
-    /// What became of an attempt to read or write: what moved breaks the silence, what waits has until its end.
+    /// Handles the result of an attempt to read or write: traffic restarts the timeout, waiting is limited by it.
     fn moved<T>(
         &mut self,
         context: &mut Context<'_>,
@@ -176,7 +176,7 @@ mod tests {
             let ended = connection.read_to_end(&mut heard).await;
             (heard, ended.unwrap_err().kind())
         });
-        // As long as something comes it stays, however slowly.
+        // The connection stays as long as bytes arrive, however slowly.
         for _ in 0..3 {
             client.write_all(b"x").await.unwrap();
             tokio::time::sleep(SILENCE / 2).await;

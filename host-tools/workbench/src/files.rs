@@ -1,4 +1,4 @@
-//! What was read and computed is kept for a while: a page asks for many channels of one recording.
+//! Caches of recordings and predictions: a page asks for many channels of one recording.
 
 use super::folder::{Folder, Found};
 use super::problem::Problem;
@@ -12,10 +12,10 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Cycles that are kept in memory beside those of the file that was read last; each takes about 2 kB.
+/// Number of cycles that are cached in addition to the file that was read last; each takes about 2 kB.
 const KEPT_CYCLES: usize = 250_000;
 
-/// What a recording says, or why it cannot be read.
+/// Description of a recording, or why it cannot be read.
 #[derive(Clone, Debug, Serialize)]
 #[serde(untagged)]
 pub(super) enum About {
@@ -23,10 +23,10 @@ pub(super) enum About {
         cycles: usize,
         duration_s: f64,
         cycle_s: f64,
-        /// The same for recordings with the same settings of the board.
+        /// Equal for recordings with equal settings of the board.
         settings_hash: String,
         firmware: String,
-        /// Why the file ended early.
+        /// Why the file ended early; None if it is complete.
         truncated: Option<String>,
     },
     Broken {
@@ -34,7 +34,7 @@ pub(super) enum About {
     },
 }
 
-/// Recordings and predictions that were used last.
+/// Recordings, descriptions and predictions that were used last.
 #[derive(Default)]
 pub(super) struct Files {
     abouts: Recent<(String, u64, u64), About>,
@@ -43,11 +43,11 @@ pub(super) struct Files {
 }
 
 impl Files {
-    /// A recording, as its file is now.
+    /// A recording in the present version of its file.
     ///
     /// # Errors
     ///
-    /// An id of no file, or a file that is no recording.
+    /// The id names no file, or the file is no recording.
     pub(super) fn recording(&self, folder: &Folder, id: &str) -> Result<Arc<Recording>, Problem> {
         let path = folder.file(id, "mcap")?;
         let (bytes, changed) = stamp(&path)?;
@@ -56,11 +56,11 @@ impl Files {
         self.recordings.get(key, read, |r| r.cycles.len())
     }
 
-    /// What is to be known of a listed recording; it is looked at once, and again when it changes.
+    /// Description of a listed recording. It is computed once, and again when the file changes.
     ///
     /// # Errors
     ///
-    /// It cannot be opened, which nothing of the file has to change for to end: nothing is kept.
+    /// The file cannot be opened. This is not cached, as it may change without a change of the file.
     pub(super) fn about(
         &self,
         found: &Found,
@@ -75,7 +75,7 @@ impl Files {
         Ok((*self.abouts.get(key, opened, |_| 1)?).clone())
     }
 
-    /// What a model predicts of a recording.
+    /// Prediction of a recording by a model.
     ///
     /// # Errors
     ///
@@ -94,7 +94,7 @@ impl Files {
     }
 }
 
-/// Size and time of a file, by which a change shows.
+/// Size and time of a file, from which a change is recognised.
 fn stamp(path: &Path) -> Result<(u64, u64), Problem> {
     let about = std::fs::metadata(path).map_err(anyhow::Error::from)?;
     let mut hasher = DefaultHasher::new();
@@ -105,14 +105,14 @@ fn stamp(path: &Path) -> Result<(u64, u64), Problem> {
     Ok((about.len(), hasher.finish()))
 }
 
-/// A short fingerprint of a text, by which a change shows.
+/// A short fingerprint of a text, from which a change is recognised.
 pub(super) fn fingerprint(text: &str) -> String {
     let mut hasher = DefaultHasher::new();
     text.hash(&mut hasher);
     format!("{:016x}", hasher.finish())
 }
 
-/// Values that were used last, the newest at the end.
+/// A cache of the values that were used last, the newest at the end.
 struct Recent<K, V>(Mutex<Vec<(K, Arc<V>, usize)>>);
 
 impl<K, V> Default for Recent<K, V> {
@@ -122,7 +122,7 @@ impl<K, V> Default for Recent<K, V> {
 }
 
 impl<K: PartialEq, V> Recent<K, V> {
-    /// The value of a key, made if it is not there; `cycles` says how much memory it takes.
+    /// The value of a key, computed if it is not cached; `cycles` is its size for the limit of memory.
     fn get(
         &self,
         key: K,
@@ -154,7 +154,8 @@ impl<K: PartialEq, V> Recent<K, V> {
 mod tests {
     use super::*;
 
-    /// A folder over the network that is away for a moment changes neither size nor time of a file; what is wrong in the file stays.
+    /// A network folder that is away for a moment changes neither size nor time of a file, so that error is not cached; an
+    /// error in the file is.
     #[test]
     fn a_file_that_could_not_be_opened_is_looked_at_again() {
         let folder = tempfile::tempdir().unwrap();

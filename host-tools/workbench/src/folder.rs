@@ -6,11 +6,11 @@ use axum::http::StatusCode;
 use std::path::{Component, Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Folders below the folder that are looked into.
+/// Depth of subfolders that are searched.
 const DEPTH: usize = 3;
 /// Most files of a kind that are listed.
 const MOST_FILES: usize = 500;
-/// What builds leave behind; it holds no recordings.
+/// Folders of build products, which contain no recordings.
 const SKIPPED: [&str; 2] = ["target", "node_modules"];
 
 /// A folder with everything below it.
@@ -22,18 +22,18 @@ pub(super) struct Folder {
 /// A file of the folder.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Found {
-    /// Path in the folder, with `/`.
+    /// Path relative to the folder, with `/`.
     pub(super) id: String,
     pub(super) path: PathBuf,
     pub(super) bytes: u64,
-    /// When it was changed last, seconds since 1970.
+    /// Time of the last change, seconds since 1970.
     pub(super) changed_s: u64,
 }
 
 impl Folder {
     /// # Errors
     ///
-    /// Something that is no folder.
+    /// The path is no folder.
     pub(super) fn new(path: &Path) -> Result<Self> {
         let root = path
             .canonicalize()
@@ -50,17 +50,16 @@ impl Folder {
         &self.root
     }
 
-    /// What the paths of all files begin with; a page knows them without it.
+    /// Common prefix of the paths of all files, which a page does not see.
     pub(super) fn prefix(&self) -> String {
         format!("{}/", self.root.display())
     }
 
-    /// The file of an id that a browser sent.
+    /// Path of the file with an id that a browser sent.
     ///
     /// # Errors
     ///
-    /// An id that is no plain path below the folder, leads out of it over a link, or names no file
-    /// with this ending.
+    /// The id is no plain path below the folder, leads out of it through a link, or names no file with this ending.
     pub(super) fn file(&self, id: &str, ending: &str) -> Result<PathBuf, Problem> {
         let inside = plain(id)?;
         let missing = || Problem::not_found(format!("`{id}` is not in the folder (any more)"));
@@ -73,11 +72,11 @@ impl Folder {
         is_ours.then_some(path).ok_or_else(missing)
     }
 
-    /// The path of a file that is to be made.
+    /// Path of a file that is to be created.
     ///
     /// # Errors
     ///
-    /// As for [`Self::file`], a folder that is not there, another ending, or a file that is.
+    /// As for [`Self::file`]; or the subfolder does not exist, the ending is another one, or the file exists.
     pub(super) fn new_file(&self, id: &str, ending: &str) -> Result<PathBuf, Problem> {
         let inside = plain(id)?;
         let refused = |why| Problem::new(StatusCode::UNPROCESSABLE_ENTITY, why);
@@ -112,7 +111,7 @@ impl Folder {
     }
 
     fn walk(&self, folder: &Path, depth: usize, ending: &str, found: &mut Vec<Found>) {
-        // What cannot be read is not shown.
+        // Entries that cannot be read are not listed.
         let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
         for entry in entries {
             let name = entry.file_name();
@@ -131,7 +130,7 @@ impl Folder {
         }
     }
 
-    /// A file as it is listed; nothing for a link that leads out.
+    /// A file for the list; None for a link that leads out of the folder.
     fn found(&self, path: PathBuf) -> Option<Found> {
         let id = path.strip_prefix(&self.root).ok()?.to_str()?;
         let id = id.replace(std::path::MAIN_SEPARATOR, "/");
@@ -149,7 +148,7 @@ impl Folder {
     }
 }
 
-/// An id as a path that leads nowhere up.
+/// An id as a path without `..` or an absolute part.
 fn plain(id: &str) -> Result<&Path, Problem> {
     let inside = Path::new(id);
     let normal = |part| matches!(part, Component::Normal(_));

@@ -1,10 +1,10 @@
-//! Who may ask: the page of this workbench, and programs of this computer. A web page from elsewhere,
-//! open in the same browser, may not, neither directly nor under a name that it lets point here.
+//! Access control: requests may come from the page of this workbench and from programs of this computer. Requests of other
+//! web pages in the same browser are refused, also if they come through a name that resolves to this computer.
 //!
-//! The questions and their order: is the name one of this computer's (DNS rebinding; 421), does the browser say that
-//! another site asks (`Sec-Fetch-Site`, `Origin`; 403), and for what changes anything, is it JSON, which a form cannot
-//! send (415), with the token that only the page knows (403). Where other computers may ask, a workbench has any name:
-//! [`super::access`] asks for a token that no other site has.
+//! The checks, in this order: the host name is one of this computer (against DNS rebinding; 421); the browser does not report
+//! another site (`Sec-Fetch-Site`, `Origin`; 403); a request that changes something is JSON, which a form cannot send (415),
+//! and has the token that only the page knows (403). Where other computers have access, any host name is allowed, and
+//! [`super::access`] requires a token that no other site has.
 
 use super::problem::Problem;
 use super::state::Shared;
@@ -20,7 +20,7 @@ pub(super) const TOKEN: &str = "x-softdock";
 /// Names of this computer.
 const NAMES: [&str; 3] = ["127.0.0.1", "localhost", "[::1]"];
 
-/// Nothing from elsewhere, in no frame, no guessing of types, nothing for other pages.
+/// Headers of all answers: no content from elsewhere, no embedding in frames, no guessing of types, no use by other sites.
 const HEADERS: [(&str, &str); 5] = [
     (
         "content-security-policy",
@@ -32,7 +32,7 @@ const HEADERS: [(&str, &str); 5] = [
     ("cache-control", "no-cache"),
 ];
 
-/// Lets a request through, or answers it.
+/// Passes a request on if it is allowed, or answers it with the reason.
 pub(super) async fn guard(State(bench): State<Shared>, request: Request, next: Next) -> Response {
     let (method, headers) = (request.method(), request.headers());
     let any_name = bench.reach.token().is_some();
@@ -50,7 +50,7 @@ pub(super) async fn guard(State(bench): State<Shared>, request: Request, next: N
     response
 }
 
-/// Lets through who knows the token, or says what is lacking.
+/// Passes a request with the access token on, or answers what is lacking.
 pub(super) async fn admit(State(bench): State<Shared>, request: Request, next: Next) -> Response {
     match bench.reach.token() {
         Some(token) if token.is_sent(request.headers(), bench.port) => next.run(request).await,
@@ -74,7 +74,7 @@ fn allowed(
 ) -> Result<(), Problem> {
     let text = |name: &str| headers.get(name).and_then(|value| value.to_str().ok());
     let host = text(HOST.as_str()).unwrap_or_default();
-    // Browsers leave the port of HTTP out.
+    // Browsers omit the default port of HTTP.
     let (name, at) = match host.rsplit_once(':') {
         Some((name, at)) if !at.ends_with(']') => (name, at.parse().ok()),
         _ => (host, Some(80)),
@@ -119,7 +119,7 @@ fn allowed(
 mod tests {
     use super::*;
 
-    /// Status of a request to port 81 with the token `t`.
+    /// Status of a request to port 81 that is checked with the token `t`.
     fn status(method: Method, headers: &[(&'static str, &str)]) -> u16 {
         status_of(method, headers, false, 81)
     }

@@ -1,13 +1,13 @@
 //! The workbench: one page in the browser on the recordings and models of a folder.
 //!
-//! The server asks the same library functions as the commands and answers with the same JSON. It
-//! listens on this computer alone, or asks for a token, and `guard` refuses what other pages in the browser might send.
-//! It starts, arms and moves no board.
+//! The server calls the same library functions as the commands and answers with the same JSON. It listens on this computer
+//! only, or requires a token, and `guard` refuses requests of other pages in the browser. It never starts, arms or moves a
+//! board.
 //!
-//! - `state` is what all handlers share, `server` connects addresses with them, `guard` and `access` stand before all of them,
-//! - `folder` confines paths, `files` keeps what was read,
-//! - `recordings`, `models`, `lists` answer at once; `jobs` says how far it is, and answers when it is done,
-//! - `live` shows what a running board sends,
+//! - `state` is shared by all handlers, `server` has the routes, `guard` and `access` check every request,
+//! - `folder` confines paths, `files` caches what was read,
+//! - `recordings`, `models`, `lists` answer at once; `jobs` reports progress, and answers when the work is done,
+//! - `live` shows the telemetry of a running board,
 //! - `change` is the only one that writes a model file; a job of kind `run` makes a new recording.
 
 mod access;

@@ -1,5 +1,5 @@
-//! What the page asks for at once: the session, the catalogue of effects as `softdock effects --json` has it, and the
-//! scenarios of the folder for runs on the simulated rig.
+//! Short answers: the session, the catalogue of effects as `softdock effects --json` prints it, and the scenarios of the
+//! folder for runs on the simulated rig.
 
 use super::problem::Problem;
 use super::state::{Shared, work};
@@ -13,15 +13,15 @@ use std::net::SocketAddr;
 /// The answer of `GET /api/session`.
 #[derive(Serialize)]
 pub(super) struct Session {
-    /// Firmware, version and git hash of this program.
+    /// Version and git hash of this program.
     version: String,
-    /// The folder.
+    /// Path of the folder.
     root: String,
-    /// Token of everything that is not GET.
+    /// Token that all requests but GET have to contain.
     csrf: String,
-    /// What can be asked for.
+    /// Names of the supported functions.
     capabilities: [&'static str; 6],
-    /// UDP address on which a board is listened to.
+    /// UDP address on which a board is listened to; None if none is.
     live: Option<SocketAddr>,
 }
 
@@ -46,14 +46,14 @@ pub(super) async fn effect(Path(id): Path<String>) -> Result<Json<&'static Effec
         .map_err(|why| Problem::not_found(why.to_string()))
 }
 
-/// Sections of which a scenario has both, and no other file.
+/// Sections that a scenario has, and no other file has both of.
 const SECTIONS: [&str; 2] = ["[rig", "[board"];
 
-/// A scenario as it is listed.
+/// A scenario in the list.
 #[derive(Serialize)]
 pub(super) struct Listed {
     id: String,
-    /// When the file was changed last, seconds since 1970.
+    /// Time of the last change of the file, seconds since 1970.
     when: u64,
 }
 

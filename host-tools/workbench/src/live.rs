@@ -1,8 +1,8 @@
-//! A running board, to look at: its telemetry as `softdock record` gets it. Nothing goes to the board; arming,
-//! starting and jogging stay with the terminal and the serial line.
+//! Display of a running board: its telemetry, as `softdock record` gets it. Nothing is sent to the board; arming, starting
+//! and jogging are left to the terminal and the serial line.
 //!
-//! A thread takes the datagrams and makes frames of them, some 25 per second. A page that is too slow for that
-//! misses frames, and is told how many; the board never waits.
+//! A thread receives the datagrams and makes frames of them, about 25 per second. A page that is too slow misses frames, and
+//! is told how many; the board never waits.
 
 use anyhow::Result;
 use serde::Serialize;
@@ -17,14 +17,14 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 use tokio::sync::broadcast::{self, Receiver, Sender};
 
-/// Time from one frame to the next: smooth to the eye.
+/// Time from one frame to the next: it looks smooth.
 const FRAME: Duration = Duration::from_millis(40);
-/// Frames that a slow page may be behind: two seconds.
+/// Number of frames that a slow page may be behind: two seconds.
 const BEHIND: usize = 50;
-/// Most cycles of a frame: what came at once after a pause is not drawn cycle by cycle.
+/// Largest number of cycles in a frame: cycles that come at once after a pause are not all drawn.
 const MOST_CYCLES: usize = 500;
 
-/// Who listens to the board, if anybody does.
+/// Telemetry of a board, if it is listened to.
 pub(super) struct Live {
     frames: Sender<Arc<Value>>,
     watch: Mutex<Option<Watch>>,
@@ -39,7 +39,7 @@ impl Default for Live {
     }
 }
 
-/// A thread that listens; when this is dropped it has ended, and its port is free.
+/// A listening thread. Dropping it ends the thread and frees the port.
 struct Watch {
     address: SocketAddr,
     stop: Arc<AtomicBool>,
@@ -60,14 +60,14 @@ impl Live {
         self.watch.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Listens to an address in the place of any other; answers with the one that it is.
+    /// Listens on an address, in place of a previous one. Returns the actual address.
     ///
     /// # Errors
     ///
-    /// The address is not this computer's, or its port is taken.
+    /// The address is not one of this computer, or its port is taken.
     pub(super) fn start(&self, listen: SocketAddr) -> Result<SocketAddr> {
         let mut watch = self.watch();
-        // Its port is free again for the same address.
+        // Ends a previous thread, so that the same port is free again.
         *watch = None;
         let listener = Listener::bind(listen)?;
         let address = listener.address();
@@ -82,23 +82,23 @@ impl Live {
         Ok(address)
     }
 
-    /// Listens no more.
+    /// Ends listening.
     pub(super) fn stop(&self) {
         *self.watch() = None;
     }
 
-    /// What comes from now on.
+    /// A receiver of all frames from now on.
     pub(super) fn frames(&self) -> Receiver<Arc<Value>> {
         self.frames.subscribe()
     }
 
-    /// The address that is listened on.
+    /// The address that is listened on; None if none is.
     pub(super) fn address(&self) -> Option<SocketAddr> {
         self.watch().as_ref().map(|watch| watch.address)
     }
 }
 
-/// What is drawn of the cycles since the last frame, and what stands beside it.
+/// Data of the cycles since the last frame, and the state of the board.
 #[derive(Default, Serialize)]
 struct Frame {
     time_s: Vec<f64>,
@@ -113,9 +113,9 @@ struct Frame {
     sensor_age: u32,
     late_answers: u32,
     firmware: Option<String>,
-    /// Answers by how many sixteenths of a cycle they took, µs of the last and the longest.
+    /// Histogram of answer times in sixteenths of a cycle, and the last and longest time, µs.
     answers: Option<Answers>,
-    /// Lost on the board, lost by the network, not readable.
+    /// Records lost on the board, lost by the network, and unreadable.
     losses: [u64; 3],
     /// Time since the last cycle came, s.
     silent_s: f64,
@@ -158,7 +158,7 @@ impl Frame {
         self.late_answers = record.inputs.robot.late_answers;
     }
 
-    /// Without the cycles that were told.
+    /// The beginning of the next frame: the state without the cycles that were sent.
     fn next(self) -> Self {
         Self {
             time_s: Vec::new(),
@@ -196,7 +196,7 @@ fn listen_to(listener: &Listener, frames: &Sender<Arc<Value>>, stop: &AtomicBool
         }
         frame.losses = viewer.losses();
         frame.silent_s = heard.elapsed().as_secs_f64();
-        // Nobody may be looking.
+        // An error only means that no page is connected.
         let _ = frames.send(Arc::new(json!(frame)));
         frame = frame.next();
     }

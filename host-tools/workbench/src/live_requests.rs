@@ -1,4 +1,4 @@
-//! What a page asks of a running board: to listen, to stop, and the frames, as server-sent events.
+//! Requests about a running board: listen, stop, and the frames as server-sent events.
 
 use super::problem::Problem;
 use super::state::{Shared, work};
@@ -16,7 +16,7 @@ use std::convert::Infallible;
 use std::sync::Arc;
 use tokio::sync::broadcast::{Receiver, error::RecvError};
 
-/// Where the board sends to.
+/// Address to which the board sends.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Address {
@@ -54,7 +54,7 @@ pub(super) async fn frames(
     Sse::new(stream).keep_alive(KeepAlive::default())
 }
 
-/// A frame, or how many were dropped.
+/// The next frame, or the number of frames that were dropped.
 async fn next(mut frames: Receiver<Arc<Value>>) -> Option<(Event, Receiver<Arc<Value>>)> {
     let event = match frames.recv().await {
         Ok(frame) => Event::default().event("frame").data(frame.to_string()),

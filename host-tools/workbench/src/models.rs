@@ -1,4 +1,4 @@
-//! Models of the folder, and what they predict.
+//! Models of the folder, and their predictions.
 
 use super::files::fingerprint;
 use super::problem::Problem;
@@ -15,38 +15,38 @@ use softdock_physics::model::edit::ModelFile;
 use softdock_physics::model::prediction::Prediction;
 use softdock_physics::model::{Axis, Channel, Model};
 
-/// Sections by which a TOML file that cannot be read as a model is one all the same.
+/// Sections that mark a TOML file as a model, although it cannot be read as one.
 const SECTIONS: [&str; 4] = ["[actuator", "[[contact", "[noise", "[[effect"];
 
-/// A model as it is listed.
+/// A model in the list.
 #[derive(Serialize)]
 pub(super) struct Listed {
     id: String,
-    /// When the file was changed last, seconds since 1970.
+    /// Time of the last change of the file, seconds since 1970.
     when: u64,
     /// Ids of its effects.
     effects: Vec<String>,
-    /// Why it cannot be used.
+    /// Why the model cannot be used; None if it can.
     error: Option<String>,
 }
 
-/// A model file as the page sees it, with what proves that it saw it.
+/// A model file for the page, with its fingerprint.
 #[derive(Serialize)]
 pub(super) struct Seen {
     id: String,
     text: String,
-    /// To be sent with a change of the file.
+    /// Fingerprint, to be sent with a change of the file.
     if_match: String,
     model: Model,
 }
 
-/// A model file.
+/// Opens a model file.
 pub(super) fn open(bench: &Workbench, id: &str) -> Result<ModelFile, Problem> {
     let path = bench.folder.file(id, "toml")?;
     ModelFile::open(&path).map_err(|error| named(bench, error))
 }
 
-/// An error with the file's name as the page knows it.
+/// An error in which the file has the name that the page knows.
 pub(super) fn named(bench: &Workbench, error: anyhow::Error) -> Problem {
     Problem::from(error).without(&bench.folder.prefix())
 }
@@ -98,7 +98,7 @@ pub(super) async fn history(
     work(of).await
 }
 
-/// What is compared.
+/// Query of a comparison.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Pair {
@@ -120,19 +120,19 @@ pub(super) async fn compare(
     .await
 }
 
-/// What is drawn.
+/// Query of a plot of one axis.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Drawn {
     recording: String,
     model: String,
-    /// The model with what this job has found, instead.
+    /// Id of a job: if given, the model is that with the job's change.
     job: Option<u64>,
     channel: Channel,
     axis: Axis,
 }
 
-/// Time, measured, predicted, and the noise to expect of their difference (one standard deviation).
+/// Time, measured and predicted values, and the expected standard deviation of their difference.
 pub(super) async fn prediction(
     State(bench): State<Shared>,
     drawn: Result<Query<Drawn>, QueryRejection>,

@@ -1,4 +1,4 @@
-//! What a request gets that cannot be answered: a status and a sentence, as JSON.
+//! Answer to a request that failed: a status and a sentence, as JSON.
 
 use axum::Json;
 use axum::extract::rejection::{JsonRejection, QueryRejection};
@@ -6,7 +6,7 @@ use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use serde_json::json;
 
-/// Why a request is not answered.
+/// Why a request failed.
 #[derive(Debug)]
 pub(super) struct Problem {
     status: StatusCode,
@@ -21,12 +21,12 @@ impl Problem {
         }
     }
 
-    /// What is said.
+    /// The reason in a sentence.
     pub(super) fn sentence(&self) -> &str {
         &self.sentence
     }
 
-    /// With a text left out of the sentence.
+    /// The problem with a text removed from the sentence.
     pub(super) fn without(self, text: &str) -> Self {
         Self {
             sentence: self.sentence.replace(text, ""),
@@ -34,12 +34,12 @@ impl Problem {
         }
     }
 
-    /// Nothing has this name.
+    /// A problem: nothing has this name.
     pub(super) fn not_found(sentence: impl Into<String>) -> Self {
         Self::new(StatusCode::NOT_FOUND, sentence)
     }
 
-    /// What the browser saw has changed since.
+    /// A problem: the file has changed since the browser saw it.
     pub(super) fn changed(sentence: impl Into<String>) -> Self {
         Self::new(StatusCode::CONFLICT, sentence)
     }
@@ -51,7 +51,7 @@ impl IntoResponse for Problem {
     }
 }
 
-/// What the library refuses: the request was understood, its files or numbers do not fit.
+/// An error of the library: the request was understood, but its files or numbers do not fit.
 impl From<anyhow::Error> for Problem {
     fn from(error: anyhow::Error) -> Self {
         Self::new(StatusCode::UNPROCESSABLE_ENTITY, format!("{error:#}"))

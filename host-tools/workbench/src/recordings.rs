@@ -1,4 +1,4 @@
-//! Recordings of the folder, and what was recorded as series of numbers.
+//! Recordings of the folder, and recorded quantities as series of numbers.
 
 use super::files::{About, fingerprint};
 use super::folder::Found;
@@ -13,18 +13,18 @@ use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
 use softdock_io::recording::{Column, Outline};
 
-/// A recording as it is listed.
+/// A recording in the list.
 #[derive(Serialize)]
 pub(super) struct Listed {
     id: String,
     bytes: u64,
-    /// When the file was changed last, seconds since 1970.
+    /// Time of the last change of the file, seconds since 1970.
     when: u64,
     #[serde(flatten)]
     about: About,
 }
 
-/// From the ends of the file; one that was cut off is read up to there.
+/// Description of a recording from both ends of its file; a file that was cut off is read up to the cut.
 fn about(bench: &Workbench, found: &Found) -> About {
     let read = || {
         let recording = bench.files.recording(&bench.folder, &found.id)?;
@@ -76,11 +76,11 @@ pub(super) async fn channels(
     work(move || Ok(Json(bench.files.recording(&bench.folder, &id)?.columns()))).await
 }
 
-/// What to send of a recording.
+/// Query of recorded series.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Wanted {
-    /// Names of columns, with commas.
+    /// Names of columns, separated by commas.
     c: String,
     /// First time, s.
     from: Option<f64>,
@@ -88,7 +88,7 @@ pub(super) struct Wanted {
     to: Option<f64>,
 }
 
-/// Time and the wanted columns, see [`blob`].
+/// Time and the requested columns, in the format of [`blob`].
 pub(super) async fn series(
     State(bench): State<Shared>,
     Path(id): Path<String>,
@@ -109,7 +109,7 @@ pub(super) async fn series(
     .await
 }
 
-/// The part of columns in which the first one, the time, is in a range.
+/// The rows in which the first column, the time, is within a range.
 fn between(mut columns: Vec<Vec<f64>>, from: Option<f64>, to: Option<f64>) -> Vec<Vec<f64>> {
     let time = columns.first().map_or(&[][..], Vec::as_slice);
     let first = time.partition_point(|t| *t < from.unwrap_or(f64::NEG_INFINITY));
@@ -121,8 +121,8 @@ fn between(mut columns: Vec<Vec<f64>>, from: Option<f64>, to: Option<f64>) -> Ve
     columns
 }
 
-/// Columns of equal length as a page reads them without parsing: the number of rows and of columns (u32), then
-/// column after column (f64), all little-endian. NaN is a gap.
+/// Columns of equal length in a binary format that a page reads without parsing: the number of rows and of columns (u32),
+/// then column after column (f64), all little-endian. NaN is a gap.
 pub(super) fn blob(columns: &[Vec<f64>]) -> Result<Response, Problem> {
     let rows = columns.first().map_or(0, Vec::len);
     let short = |n: usize| {

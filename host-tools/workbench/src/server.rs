@@ -1,4 +1,4 @@
-//! The server: addresses, and what runs behind them.
+//! The server: sockets, routes and handlers.
 
 use super::access::{AccessToken, Reach};
 use super::before::Before;
@@ -26,7 +26,7 @@ use tokio::sync::Semaphore;
 /// Largest body of a request, bytes.
 const LARGEST_BODY: usize = 64 << 10;
 
-/// A workbench that is reachable, and not served yet.
+/// A workbench with open ports that does not answer yet.
 pub struct Server {
     runtime: Runtime,
     listeners: Vec<TcpListener>,
@@ -34,7 +34,7 @@ pub struct Server {
 }
 
 impl Server {
-    /// Opens a folder, and a port; port 0 is a free one. The simulator carries out the runs that are asked for.
+    /// Opens a folder and a port; port 0 takes a free one. `simulator` carries out the runs that pages request.
     ///
     /// # Errors
     ///
@@ -63,7 +63,7 @@ impl Server {
         })
     }
 
-    /// Where a browser finds it.
+    /// URL of the page.
     pub fn url(&self) -> String {
         let reach = &self.bench.reach;
         let query = reach.token().map_or(String::new(), AccessToken::query);
@@ -97,7 +97,7 @@ impl Server {
     }
 }
 
-/// The address, or both loopback addresses (the older one where there is no other).
+/// Opens the address of `reach`; for this computer both loopback addresses (IPv4 alone where there is no IPv6).
 async fn listen(reach: &Reach, port: u16) -> Result<(Vec<TcpListener>, u16)> {
     let address = match reach {
         Reach::ThisComputer => SocketAddr::from((Ipv4Addr::LOCALHOST, port)),
@@ -116,7 +116,7 @@ async fn listen(reach: &Reach, port: u16) -> Result<(Vec<TcpListener>, u16)> {
     Ok((std::iter::once(first).chain(second).collect(), port))
 }
 
-/// 128 random bits.
+/// A token of 128 random bits.
 fn token() -> Result<String> {
     let mut bytes = [0; 16];
     getrandom::fill(&mut bytes)

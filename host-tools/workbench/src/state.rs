@@ -1,4 +1,4 @@
-//! What all handlers share.
+//! State that all handlers share.
 
 use super::access::Reach;
 use super::before::Before;
@@ -12,7 +12,7 @@ use super::problem::Problem;
 use axum::http::StatusCode;
 use std::sync::Arc;
 
-/// The workbench.
+/// State of the workbench.
 pub(super) struct Workbench {
     pub(super) folder: Folder,
     pub(super) files: Files,
@@ -21,15 +21,15 @@ pub(super) struct Workbench {
     pub(super) live: Live,
     pub(super) simulator: Box<Simulator>,
     pub(super) reach: Reach,
-    /// Only the page knows it.
+    /// Token that only the page knows.
     pub(super) token: String,
     pub(super) port: u16,
 }
 
-/// As handlers get it.
+/// The state as handlers get it.
 pub(super) type Shared = Arc<Workbench>;
 
-/// Does work that keeps a core busy, beside the requests of others.
+/// Runs work that keeps a core busy on a thread of its own, so that other requests are still answered.
 pub(super) async fn work<T: Send + 'static>(
     does: impl FnOnce() -> Result<T, Problem> + Send + 'static,
 ) -> Result<T, Problem> {

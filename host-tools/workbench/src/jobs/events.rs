@@ -1,4 +1,4 @@
-//! What a job tells, as server-sent events. Whoever comes later, or again, gets what came before.
+//! Messages of a job as server-sent events. A client that connects later, or again, gets the earlier ones too.
 
 use super::job::{Job, Told};
 use crate::problem::Problem;
@@ -13,18 +13,18 @@ use std::convert::Infallible;
 use std::sync::Arc;
 use tokio::sync::watch;
 
-/// A listener and what it has got.
+/// A client of a job's messages.
 struct Listener {
     job: Arc<Job>,
     count: watch::Receiver<usize>,
-    /// Number of things that were taken from the job.
+    /// Number of messages that were taken from the job.
     taken: usize,
     ready: VecDeque<Told>,
     ended: bool,
 }
 
 impl Listener {
-    /// The next thing, with its number from 1; none after the last.
+    /// The next message, with its number from 1; None after the last.
     async fn next(mut self) -> Option<((usize, Told), Self)> {
         loop {
             if let Some(told) = self.ready.pop_front() {
@@ -39,7 +39,7 @@ impl Listener {
             let over = self.job.has_ended();
             let more = self.job.told(self.taken);
             if more.is_empty() {
-                // Who has heard all of a job that has ended waits for nothing.
+                // All messages of a job that has ended were delivered.
                 if over {
                     return None;
                 }

@@ -1,4 +1,4 @@
-//! One job: what it has told, and how it ends.
+//! One job: its messages, and how it ends.
 
 use crate::problem::Problem;
 use anyhow::Result;
@@ -11,34 +11,34 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tokio::sync::watch;
 
-/// Something that a job tells.
+/// A message of a job.
 #[derive(Clone, Debug)]
 pub(super) struct Told {
-    /// `stage`, `candidate`, and last of all `result` or `error`.
+    /// Kind of the message: `stage`, `candidate`, and at the end `result` or `error`.
     pub(super) kind: &'static str,
     pub(super) value: Value,
 }
 
-/// What a job has for the model file.
+/// A change of the model file that a job has prepared.
 #[derive(Clone, Debug)]
 pub(crate) struct Prepared {
-    /// The file.
+    /// Id of the file.
     pub(crate) model_id: String,
-    /// Of the file that it was made for.
+    /// Fingerprint of the file that it was prepared for.
     pub(crate) if_match: String,
-    /// What the file will say.
+    /// The model after the change.
     pub(crate) after: Model,
-    /// Why it should not be written.
+    /// Why it should not be written; None if nothing is against it.
     pub(crate) doubt: Option<String>,
 }
 
-/// What a job does: it tells how far it is, and gives the document of the result and what can be written.
+/// The work of a job. It reports its progress, and returns the document of the result and a change that can be written.
 pub(super) type Work = Box<dyn FnOnce(&Job) -> Result<(Value, Option<Prepared>)> + Send>;
 
-/// A job that waits, runs or has ended.
+/// A job that is waiting, running or has ended.
 pub(super) struct Job {
     state: Mutex<State>,
-    /// Number of things told.
+    /// Number of messages.
     count: watch::Sender<usize>,
     cancelled: AtomicBool,
 }
@@ -59,11 +59,11 @@ impl Default for Job {
     }
 }
 
-/// What unwinds a job that was cancelled.
+/// Panic payload that ends a cancelled job by unwinding.
 struct Cancelled;
 
 impl Job {
-    /// Does the work; whatever happens in it, the job ends with a result or an error.
+    /// Does the work. Whatever happens, also a panic, the job ends with a result or an error.
     pub(super) fn run(&self, work: Work) {
         let work = AssertUnwindSafe(|| work(self));
         let ended = catch_unwind(work).unwrap_or_else(|why| {
@@ -82,15 +82,15 @@ impl Job {
         }
     }
 
-    /// Tells something to whoever listens. If nobody wants the result any more, the work ends here: it is unwound, as
-    /// it has no other way out of the middle of a search.
+    /// Sends a message. If the job was cancelled, the work is ended by unwinding: there is no other way out of the middle of
+    /// a search.
     pub(super) fn tell(&self, kind: &'static str, value: Value) {
         if self.tell_if_wanted(kind, value).is_break() {
             resume_unwind(Box::new(Cancelled));
         }
     }
 
-    /// Tells something, or says that nobody wants the result any more: for work that has something to clear away.
+    /// Sends a message, or breaks if the job was cancelled: for work that has to clean up.
     pub(super) fn tell_if_wanted(&self, kind: &'static str, value: Value) -> ControlFlow<()> {
         let told = Told { kind, value };
         if self.is_cancelled() && !told.is_last() {
@@ -102,22 +102,22 @@ impl Job {
         ControlFlow::Continue(())
     }
 
-    /// Ends the job when it next tells something.
+    /// Cancels the job: it ends with its next message.
     pub(super) fn cancel(&self) {
         self.cancelled.store(true, Ordering::Relaxed);
     }
 
-    /// Nobody wants the result any more.
+    /// Whether the job was cancelled.
     pub(super) fn is_cancelled(&self) -> bool {
         self.cancelled.load(Ordering::Relaxed)
     }
 
-    /// What was told from number `from` on.
+    /// Messages from number `from` on.
     pub(super) fn told(&self, from: usize) -> Vec<Told> {
         self.state().told.iter().skip(from).cloned().collect()
     }
 
-    /// Changes with every thing told.
+    /// A receiver that is notified of each message.
     pub(super) fn watched(&self) -> watch::Receiver<usize> {
         self.count.subscribe()
     }
@@ -131,7 +131,7 @@ impl Job {
         state.told.last().is_some_and(Told::is_last)
     }
 
-    /// The result, once it is there.
+    /// The result of a job that has ended.
     pub(super) fn result(&self) -> Result<Value, Problem> {
         let last = self.state().told.last().cloned();
         match last {
@@ -156,7 +156,7 @@ impl Job {
 }
 
 impl Told {
-    /// Nothing comes after it.
+    /// Whether this is the last message of a job.
     pub(super) fn is_last(&self) -> bool {
         matches!(self.kind, "result" | "error")
     }

@@ -1,5 +1,4 @@
-//! Work that takes longer than an answer may: it is done one at a time, tells how far it is, and can be
-//! ended.
+//! Jobs: work that takes longer than a request may. They run one at a time, report their progress, and can be cancelled.
 
 pub(super) mod events;
 mod job;

@@ -1,4 +1,4 @@
-//! Jobs that wait, the one that runs, and those that have ended.
+//! Waiting, running and completed jobs.
 
 use super::job::{Job, Prepared, Work};
 use crate::problem::Problem;
@@ -9,12 +9,12 @@ use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 
-/// Jobs that may wait.
+/// Largest number of waiting jobs.
 const QUEUE: usize = 8;
-/// Jobs whose results are kept.
+/// Number of jobs whose results are kept.
 const KEPT: usize = 32;
 
-/// All jobs, in their order.
+/// All jobs, in order.
 pub(crate) struct Jobs {
     queue: SyncSender<(Arc<Job>, Work)>,
     list: Mutex<List>,
@@ -27,7 +27,7 @@ struct List {
 }
 
 impl Jobs {
-    /// Starts the thread that does them.
+    /// Starts the thread that runs the jobs.
     pub(crate) fn start() -> Self {
         let (queue, waiting) = sync_channel(QUEUE);
         thread::spawn(move || does(&waiting));
@@ -74,19 +74,19 @@ impl Jobs {
         found.map(|(_, job)| job.clone()).ok_or_else(missing)
     }
 
-    /// What a job has prepared for the model file.
+    /// The change of the model file that a job has prepared.
     pub(crate) fn prepared(&self, id: u64) -> Result<Prepared, Problem> {
         let none = || Problem::not_found(format!("job {id} has found nothing to add"));
         self.job(id)?.prepared().ok_or_else(none)
     }
 
-    /// The model with what a job has found.
+    /// The model with the change that a job has prepared.
     pub(crate) fn after(&self, id: u64) -> Result<Model, Problem> {
         self.prepared(id).map(|prepared| prepared.after)
     }
 }
 
-/// Does one job after the other, until the workbench ends.
+/// Runs one job after the other, until the workbench ends.
 fn does(waiting: &Receiver<(Arc<Job>, Work)>) {
     while let Ok((job, work)) = waiting.recv() {
         job.run(work);

@@ -1,4 +1,4 @@
-//! What a page asks for.
+//! Requests for jobs.
 
 use super::job::Work;
 use super::run::Run;
@@ -11,30 +11,30 @@ use serde::Deserialize;
 use serde_json::Value;
 use softdock_physics::model::Hypothesis;
 
-/// What a page asks for.
+/// A request for a job.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(try_from = "Posted")]
 pub(crate) enum Request {
-    /// What is missing?
+    /// A diagnosis: which effects are missing?
     Diagnose(Selection),
-    /// All parameters together.
+    /// A fit of all parameters together.
     Fit(Selection),
-    /// Effects of the catalogue or of the model file, or a hypothesis that no file has.
+    /// A fit of effects of the catalogue or of the model file, or of a hypothesis that is in no file.
     Add(Wanted),
-    /// A scenario on the simulated rig.
+    /// A run of a scenario on the simulated rig.
     Run(Simulation),
 }
 
-/// The effects that are fitted, together if there are several.
+/// The effects to fit, together if there are several.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Wanted {
     /// The model and the recordings.
     selection: Selection,
-    /// Their ids.
+    /// Ids of the effects.
     #[serde(default)]
     effect: Option<Ids>,
-    /// A hypothesis instead.
+    /// A hypothesis, in place of effects.
     #[serde(default)]
     hypothesis: Option<Hypothesis>,
 }
@@ -56,8 +56,8 @@ impl From<Ids> for Vec<String> {
     }
 }
 
-/// A request as it comes. Its arguments are read when their kind is known: what serde keeps of a number until then is
-/// none any more where a crate asks serde_json for all of its digits.
+/// A request as it is sent. Its arguments stay a JSON value until their kind is known: serde's own buffering breaks numbers
+/// if any crate enables `arbitrary_precision` of serde_json.
 #[derive(Deserialize)]
 struct Posted {
     kind: Kind,
@@ -87,12 +87,12 @@ impl TryFrom<Posted> for Request {
 }
 
 impl Request {
-    /// Opens its files: the work that is left to do.
+    /// Opens the files of the request and returns the work.
     ///
     /// # Errors
     ///
-    /// Files that cannot be read, an unknown effect, a hypothesis that does not fit, recordings from
-    /// which nothing can be concluded, or a recording that exists.
+    /// A file cannot be read, an effect is unknown, a hypothesis does not fit, nothing can be concluded from the recordings,
+    /// or the recording to write exists.
     pub(super) fn prepared(self, bench: &Shared) -> Result<Work, Problem> {
         let (selection, question) = match self {
             Self::Run(wish) => {

@@ -9,7 +9,7 @@ use serde_json::Value;
 use serde_json::json;
 use std::path::PathBuf;
 
-/// A run with its files.
+/// A run and its files.
 pub(super) struct Run {
     bench: Shared,
     simulation: Simulation,
@@ -18,7 +18,7 @@ pub(super) struct Run {
 impl Run {
     /// # Errors
     ///
-    /// An id of no file, or a recording that exists.
+    /// An id names no file, or the recording to write exists.
     pub(super) fn new(bench: &Shared, wish: Simulation) -> Result<Self, Problem> {
         let toml = |id: &PathBuf| bench.folder.file(&id.to_string_lossy(), "toml");
         let simulation = Simulation {
@@ -35,10 +35,10 @@ impl Run {
         })
     }
 
-    /// Runs it; a run that is ended leaves no recording.
+    /// Runs the simulation; a cancelled run leaves no recording.
     pub(super) fn run(self, job: &Job) -> Result<Value> {
         let going_on = |share: f64| {
-            // Unwound, it would leave its recording.
+            // Not by unwinding, which would leave the recording.
             job.tell_if_wanted("stage", json!({"share": share, "what": "simulating"}))
         };
         let root = self.bench.folder.prefix();
@@ -50,7 +50,7 @@ impl Run {
     }
 }
 
-/// Takes a text out of all texts.
+/// Removes a text from all strings of a value.
 fn without(value: &mut Value, text: &str) {
     match value {
         Value::String(own) => *own = own.replace(text, ""),

@@ -15,22 +15,22 @@ use softdock_analysis::fit::{Logs, Refitted};
 use softdock_physics::model::edit::ModelFile;
 use softdock_physics::model::{Hypothesis, Model};
 
-/// What is asked about a model and recordings.
+/// A question about a model and recordings.
 pub(super) enum Question {
-    /// What is missing?
+    /// Which effects are missing?
     Diagnose,
-    /// All parameters together.
+    /// What are the values of all parameters together?
     Fit,
-    /// Some effects together, and a hypothesis if it is one that no file has.
+    /// What do these effects explain together, with a hypothesis if it is one that is in no file?
     Effects(Vec<String>, Option<Hypothesis>),
 }
 
 impl Question {
-    /// About effects or a hypothesis; without either about what is missing.
+    /// The question about effects or a hypothesis; without either the question which effects are missing.
     ///
     /// # Errors
     ///
-    /// Both.
+    /// Both effects and a hypothesis are given.
     pub(super) fn effects(
         effects: Option<Vec<String>>,
         hypothesis: Option<Hypothesis>,
@@ -47,20 +47,20 @@ impl Question {
     }
 }
 
-/// A question with its files.
+/// A question and its files.
 pub(super) struct Search {
     model_id: String,
-    /// What paths begin with that a page does not know.
+    /// Prefix of all paths, which a page does not see.
     root: String,
     file: ModelFile,
     if_match: String,
     logs: Logs,
-    /// The model, with a hypothesis of its own if there is one.
+    /// The model, with the hypothesis if there is one.
     model: Model,
     question: Question,
 }
 
-/// What the command prints, and what the page needs beside it.
+/// The document that the command prints, with additions for the page.
 #[derive(Serialize)]
 struct Document<'a, T> {
     #[serde(flatten)]
@@ -102,7 +102,7 @@ impl Search {
         })
     }
 
-    /// Does it: the document of the result, and what can be written.
+    /// Answers the question. Returns the document of the result, and the change that can be written.
     pub(super) fn run(self, job: &Job) -> Result<(Value, Option<Prepared>)> {
         if let Question::Fit = self.question {
             return self.fit(job);
@@ -159,7 +159,8 @@ impl Search {
         }
     }
 
-    /// What is found, what of the model's effects moves with it, and why it should not be believed.
+    /// The report, the effects of the model whose parameters changed by the joint fit, and why the result should not be
+    /// believed, if so.
     fn found(&self, job: &Job) -> Result<(Report, Vec<Refitted>, Option<String>)> {
         let progress = |share: f64, what: &str| stage(job, share, what);
         let Question::Effects(ids, _) = &self.question else {
@@ -175,7 +176,8 @@ impl Search {
         let added = |forced| add_effects(&self.model, ids, &self.logs, forced);
         let (why, (report, moved)) = match added(false) {
             Ok(added) => (None, added),
-            // One is shown all the same: who asks for it wants to see why not. Of several nothing is forced.
+            // A single effect is fitted all the same, as the user wants to see why it does not help. Of several none is
+            // forced.
             Err(why) if ids.len() > 1 => return Err(why),
             Err(why) => match added(true) {
                 Ok(added) => (Some(format!("{why:#}")), added),

@@ -1,5 +1,5 @@
-//! A model and recordings of the folder, as a page names them, and whether a diagnosis of them can say anything: what
-//! stands against it, and what is lacking.
+//! A model and recordings of the folder that a page selects, and whether a diagnosis is possible with them: what prevents it,
+//! and what is lacking.
 
 use crate::files::fingerprint;
 use crate::models::open;
@@ -20,14 +20,14 @@ use std::path::PathBuf;
 #[serde(deny_unknown_fields)]
 pub(crate) struct Selection {
     pub(super) model: String,
-    /// To fit on.
+    /// Ids of the recordings to fit on.
     fit: Vec<String>,
-    /// Unseen; without them the end of the others is held back.
+    /// Ids of the unseen recordings; without them the end of the others is held back.
     #[serde(default)]
     test: Vec<String>,
 }
 
-/// A selection with its files.
+/// A selection with its files opened.
 pub(super) struct Opened {
     pub(super) file: ModelFile,
     pub(super) if_match: String,
@@ -38,7 +38,7 @@ pub(super) struct Opened {
 impl Selection {
     /// # Errors
     ///
-    /// An id of no file, or a model that cannot be read.
+    /// An id names no file, or the model cannot be read.
     pub(super) fn open(&self, bench: &Workbench) -> Result<Opened, Problem> {
         if self.fit.is_empty() {
             return Err(Problem::new(
@@ -62,7 +62,7 @@ impl Selection {
         })
     }
 
-    /// The recordings under the names that they have in the folder.
+    /// The recordings, named by their ids.
     fn named(&self, logs: Logs, root: &str) -> Logs {
         let mut logs = logs.named(&self.fit, &self.test);
         for note in &mut logs.notes {
@@ -72,13 +72,13 @@ impl Selection {
     }
 }
 
-/// The answer: a diagnosis is possible if nothing stands against it.
+/// The answer to a check: a diagnosis is possible if nothing prevents it.
 #[derive(Serialize)]
 pub(crate) struct Check {
     ready: bool,
-    /// Why a diagnosis is not possible.
+    /// Why a diagnosis is not possible; None if it is.
     against: Option<String>,
-    /// What it cannot say with these recordings, and what they let suspect.
+    /// What a diagnosis of these recordings cannot determine, and what they make suspect.
     lacking: Vec<String>,
 }
 

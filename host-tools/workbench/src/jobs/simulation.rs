@@ -1,4 +1,4 @@
-//! What is asked of a simulated rig. Whoever serves the workbench brings the rig.
+//! Request for a run on the simulated rig, which the program that serves the workbench provides.
 
 use anyhow::Result;
 use serde::Deserialize;
@@ -6,7 +6,7 @@ use serde_json::Value;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
-/// A run, as `softdock run` takes it. What is not said is the scenario's. A page names files by their ids.
+/// A run, as for `softdock run`. Omitted values are those of the scenario. A page names files by their ids.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Simulation {
@@ -14,9 +14,9 @@ pub struct Simulation {
     pub scenario: PathBuf,
     /// Settings of the board (TOML).
     pub settings: Option<PathBuf>,
-    /// Recording to write (MCAP); there is none yet.
+    /// Recording to write (MCAP), which must not exist.
     pub output: PathBuf,
-    /// The robot rests where the scenario starts.
+    /// Whether the robot stays where the scenario starts.
     pub hold: bool,
     /// Length, s.
     pub duration_s: Option<f64>,
@@ -30,6 +30,7 @@ pub struct Simulation {
     pub seed: Option<u64>,
 }
 
-/// Carries a run out, asks after each share of it whether it is to go on, and says what `softdock run --json` prints.
+/// Carries out a run. After each part of it the callback decides whether it goes on. Returns the document that `softdock run
+/// --json` prints.
 pub type Simulator =
     dyn Fn(&Simulation, &dyn Fn(f64) -> ControlFlow<()>) -> Result<Value> + Send + Sync;
