@@ -1,10 +1,10 @@
-//! Correlation of a series with itself.
+//! Autocorrelation of a series.
 
 use super::significance::chi_square_p;
 use rustfft::FftPlannerScalar;
 use rustfft::num_complex::Complex;
 
-/// Lags of the whiteness test.
+/// Number of lags of the whiteness test.
 const TESTED_LAGS: usize = 25;
 /// Series with fewer known values than this are not tested.
 const LEAST_PAIRS: usize = 50;
@@ -13,7 +13,7 @@ const SOKAL_WINDOW: f64 = 5.0;
 
 /// Autocorrelation about zero at the lags 0 to `lags`; all zero for a series of zeros.
 ///
-/// About zero and not about the mean: an error that never averages out is no noise.
+/// It is taken about zero and not about the mean, as an error with a constant mean is not noise.
 pub fn autocorrelation(series: &[f64], lags: usize) -> Vec<f64> {
     let squares = product_sum(series, 0);
     (0..=lags)
@@ -34,8 +34,9 @@ fn product_sum(series: &[f64], lag: usize) -> f64 {
     products.filter(|p| p.is_finite()).sum()
 }
 
-/// [`product_sum`] at all lags at once, by FFT: an error that lasts needs thousands of lags. Missing values count as zero. The
-/// series is padded with at least as many zeros as it has values, so that its end does not wrap around to its beginning.
+/// [`product_sum`] at all lags at once, by FFT: an error that lasts long needs thousands of lags. Missing values count as
+/// zero. The series is padded with at least as many zeros as it has values, so that its end does not wrap around to its
+/// beginning.
 fn product_sums(series: &[f64]) -> Vec<f64> {
     let count = series.len();
     let known = series.iter().map(|v| if v.is_finite() { *v } else { 0.0 });
@@ -51,8 +52,8 @@ fn product_sums(series: &[f64]) -> Vec<f64> {
     buffer[..count].iter().map(|c| c.re / size).collect()
 }
 
-/// Number of successive values that count as one, at least 1: `1 + 2 Σ ρ(k)`. The sum is cut by Sokal's window (1997), or after a
-/// quarter of the series.
+/// Integrated autocorrelation time: the number of successive values that carry as much information as one independent value,
+/// at least 1. It is `1 + 2 Σ ρ(k)`, cut by Sokal's window (1997), or after a quarter of the series.
 pub fn correlated_cycles(series: &[f64]) -> f64 {
     if product_sum(series, 0) <= 0.0 {
         return 1.0;
@@ -74,18 +75,18 @@ pub struct Whiteness {
     /// Sum of the squared autocorrelations times the number of values, scaled so that its
     /// expectation for noise is the number of lags.
     pub statistic: f64,
-    /// Probability of at least that for noise.
+    /// p-value: probability of at least this statistic for noise.
     pub p: f64,
     /// Standard deviation of one autocorrelation of noise.
     pub band: f64,
 }
 
-/// Test of Box and Pierce (1970) against noise that is correlated over no more than `correlated_lags` lags, as differences and a
-/// sensor's filter make it. The 25 lags after these are tested.
+/// Test of Box and Pierce (1970) against noise that may be correlated over at most `correlated_lags` lags, as by differences
+/// and a sensor's filter. The 25 lags after these are tested.
 ///
-/// For such noise the autocorrelations beyond have the covariance `Σ ρ(i) ρ(i + k − l) / N`
-/// (Bartlett 1946), with ρ up to `correlated_lags` as found; their sum of squares is close to a chi-square
-/// variable with the same mean and variance (Satterthwaite 1946).
+/// For such noise the autocorrelations at later lags have the covariance `Σ ρ(i) ρ(i + k − l) / N` (Bartlett 1946), with the
+/// estimated ρ up to `correlated_lags`. Their sum of squares is approximately a chi-square variable with the same mean and
+/// variance (Satterthwaite 1946).
 ///
 /// None for a series that is too short, or that is zero.
 pub fn whiteness(series: &[f64], correlated_lags: usize) -> Option<Whiteness> {
@@ -128,7 +129,7 @@ mod tests {
     use super::super::noise_floor::tests::normal;
     use super::*;
 
-    /// How many of 200 series are rejected at 1 %.
+    /// Number of series, of 200, that the test rejects at 1 %.
     fn rejected(series: impl Fn(u64) -> Vec<f64>) -> usize {
         let rejects = |seed: &u64| whiteness(&series(*seed), 2).unwrap().p < 0.01;
         (0..200_u64).filter(rejects).count()

@@ -1,11 +1,11 @@
-//! Whether a series depends on another one, now or some values ago.
+//! Dependence of a series on the present or a past value of another one.
 
 use super::correlation::autocorrelation;
 use super::significance::normal_p;
 
-/// Longest lag of the input, values.
+/// Longest lag of the input, in samples.
 const LAGS: usize = 25;
-/// Lags over which the autocorrelation of the remainder is taken into account.
+/// Longest lag up to which the autocorrelation of the residual is taken into account.
 const MEMORY: usize = 150;
 /// Fewer pairs than this are not tested.
 const LEAST_PAIRS: usize = 50;
@@ -13,19 +13,19 @@ const LEAST_PAIRS: usize = 50;
 /// Result of an independence test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dependence {
-    /// Regression coefficient over its standard error, at the lag where it is largest.
+    /// Magnitude of the regression coefficient over its standard error, at the lag with the largest correlation.
     pub statistic: f64,
-    /// That lag: the series follows the input by so many values.
+    /// That lag: the number of samples by which the series follows the input.
     pub lag: usize,
-    /// Probability of at least this statistic for an independent series, with all lags considered.
+    /// p-value: probability of at least this statistic for an independent series, corrected for the number of lags.
     pub p: f64,
 }
 
-/// Tests a series against the past of an input, at the lag of 0 to 25 with the largest correlation.
+/// Tests whether a series depends on the past of an input, at that lag of 0 to 25 with the largest correlation.
 ///
-/// The standard error is that of a regression with a correlated remainder (Newey and West 1987): a slow error that has nothing to
-/// do with a slow input does not become significant merely by the number of values. None if there are too few values, or the
-/// input does not change.
+/// The standard error is that of a regression with an autocorrelated residual (Newey and West 1987). Otherwise a slow error
+/// that is unrelated to a slow input would become significant merely by the number of values. None if there are too few
+/// values, or the input is constant.
 pub fn dependence(series: &[f64], input: &[f64]) -> Option<Dependence> {
     let input = about_mean(input)?;
     let by_correlation = |lag: &usize| regression(series, &input, *lag).map_or(0.0, |r| r.strength);
@@ -90,8 +90,8 @@ fn regression(series: &[f64], input: &[f64], lag: usize) -> Option<Regression> {
     })
 }
 
-/// `√(Σ w(k) γ(k) R(k)) / R(0)` with the autocovariance γ of the remainder, the sums of products R of the input at lag k, and
-/// weights w that fall linearly to zero.
+/// Standard error of the coefficient: `√(Σ w(k) γ(k) R(k)) / R(0)` with the autocovariance γ of the residual, the sums R(k)
+/// of products of the input at lag k, and weights w that fall linearly to zero.
 fn standard_error(remainder: &[f64], input: &[f64], squares: f64) -> f64 {
     let count = remainder.iter().filter(|v| v.is_finite()).count();
     let known = remainder.iter().filter(|v| v.is_finite());
@@ -103,7 +103,7 @@ fn standard_error(remainder: &[f64], input: &[f64], squares: f64) -> f64 {
         let weight = 1.0 - k as f64 / (memory + 1) as f64;
         2.0 * weight * of_remainder[k] * of_input[k]
     });
-    // The estimate is never better than with a white remainder, even if the remainder alternates.
+    // Never less than with a white residual, even if the residual alternates.
     let inflation = (1.0 + weighted.sum::<f64>()).max(1.0);
     (variance * inflation / squares).sqrt()
 }

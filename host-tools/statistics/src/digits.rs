@@ -1,4 +1,4 @@
-//! Digits to which numbers were rounded.
+//! Decimal resolution to which numbers were rounded.
 
 /// Largest power of ten, from 1000 to 1e-9, of which all values are multiples; 1e-10 if there is none.
 pub fn digit_of(values: &[f64]) -> f64 {

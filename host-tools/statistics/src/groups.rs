@@ -3,33 +3,33 @@
 use super::correlation::correlated_cycles;
 use super::significance::f_p;
 
-/// A group holds at least so many values.
+/// Smallest number of values in a group.
 const LEAST_IN_GROUP: usize = 15;
-/// Number of groups with equally many values that are formed first; the edges below are added to these.
+/// Number of groups of equal size at first; the edges below are added to theirs.
 const QUANTILES: usize = 8;
-/// Edges on both sides of zero, relative to the largest absolute value: a regime of low speed is narrow.
+/// Additional edges on both sides of zero, relative to the largest absolute value: a regime of low speed is narrow.
 const BESIDE_ZERO: [f64; 5] = [0.002, 1.0 / 16.0, 1.0 / 8.0, 0.25, 0.5];
 
 /// Values of a quantity, sorted into groups.
 #[derive(Clone, Debug)]
 pub struct Groups {
-    /// Edges of the groups in rising order, one more than there are groups.
+    /// Edges of the groups in ascending order, one more than there are groups.
     pub edges: Vec<f64>,
     /// Mean of the quantity in each group.
     centres: Vec<f64>,
-    /// The quantity; NaN where it is not known.
+    /// Values of the quantity; NaN where it is not known.
     values: Vec<f64>,
-    /// Group of each value; small, because there is one for each cycle and quantity.
+    /// Group of each value; None for a value in no group. A small type, as there is one for each cycle and quantity.
     of: Vec<Option<u16>>,
-    /// Values that are in no group form one more group.
+    /// Whether values that are in no group form one more group.
     others: bool,
 }
 
 impl Groups {
-    /// Groups along a quantity: with equally many values, and finer about a zero inside of the range, otherwise also of equal
-    /// width.
+    /// Groups along a quantity. They have equally many values, with additional edges: about zero if that is within the range,
+    /// otherwise at equal widths.
     ///
-    /// None for a quantity that does not fill two groups.
+    /// None if the quantity does not fill two groups.
     pub fn along(values: Vec<f64>) -> Option<Self> {
         let sorted = sorted(&values);
         let (low, high) = (*sorted.first()?, *sorted.last()?);
@@ -46,7 +46,7 @@ impl Groups {
         Self::between(values, &sorted, edges)
     }
 
-    /// So many groups of equal width.
+    /// Groups of equal width; small ones are merged.
     pub fn equal(values: Vec<f64>, count: usize) -> Option<Self> {
         let sorted = sorted(&values);
         let (low, high) = (*sorted.first()?, *sorted.last()?);
@@ -55,7 +55,7 @@ impl Groups {
         Self::between(values, &sorted, edges)
     }
 
-    /// The same, with one more group of all values that are in none.
+    /// The same groups, and one more of all values that are in none.
     #[must_use]
     pub fn with_others(self) -> Self {
         Self {
@@ -133,8 +133,8 @@ impl Groups {
             .collect()
     }
 
-    /// Dependence of a series on the quantity: by steps (the means of the groups) or by straight lines from one mean to the next,
-    /// whichever leaves less.
+    /// Fits the dependence of a series on the quantity: by steps (the means of the groups) or by straight lines from one mean
+    /// to the next, whichever leaves the smaller residual.
     pub fn fit(&self, series: &[f64]) -> Fit {
         let means = self.means(series);
         let steps = self.remainder(series, &means, |_, _, mean| mean);
@@ -166,7 +166,7 @@ impl Groups {
         }
     }
 
-    /// Straight line through all values; None if there are too few, or values outside of all groups are compared as well.
+    /// Fits a straight line through all values. None if there are too few, or if values outside of all groups form a group.
     fn straight(&self, series: &[f64]) -> Option<Straight> {
         let pairs = || {
             let both = series.iter().zip(&self.values);
@@ -252,7 +252,7 @@ pub struct Fit {
     straight: Option<Straight>,
 }
 
-/// A straight line.
+/// A fitted straight line.
 #[derive(Clone, Debug, PartialEq)]
 struct Straight {
     /// Sum of squares that its slope explains.
@@ -262,7 +262,7 @@ struct Straight {
 }
 
 impl Fit {
-    /// Sum of squares that the fit explains beyond the mean, without the part that so many groups explain of noise.
+    /// Sum of squares that the fit explains beyond the mean, less the part that so many groups explain by chance.
     pub fn explained(&self) -> f64 {
         let by_chance = self.groups.saturating_sub(1) as f64 * self.left();
         (self.about_mean - self.within - by_chance).max(0.0)
@@ -273,16 +273,16 @@ impl Fit {
         self.count as f64 * self.mean * self.mean
     }
 
-    /// Variance about the fit.
+    /// Residual variance of the fit.
     fn left(&self) -> f64 {
         self.within / self.count.saturating_sub(self.groups).max(1) as f64
     }
 
-    /// Probability that chance gives a fit as good. The remainder may be correlated: as many values as are correlated count as
-    /// one.
+    /// p-value of the fit. The residual may be autocorrelated: the number of independent values is reduced by
+    /// [`correlated_cycles`].
     ///
-    /// Few independent values do not support many groups, but may support a straight line. The better of both counts, with twice
-    /// its probability, because there are two.
+    /// Few independent values do not support many groups, but may support a straight line. The smaller p-value of the two
+    /// counts, doubled as there are two tests.
     pub fn p(&self) -> f64 {
         let groups = self.groups.saturating_sub(1);
         let of_groups = p_of(self.about_mean - self.within, groups, &self.remainder);

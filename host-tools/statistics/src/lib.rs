@@ -1,4 +1,4 @@
-//! Properties of a series of numbers: noise floor, correlation, spectrum, the part below a frequency, and dependence on another
+//! Properties of a series of numbers: noise floor, autocorrelation, spectrum, low-pass part, and dependence on another
 //! quantity.
 //!
 //! A missing value is NaN. It is left out, and the values on its two sides do not count as neighbours.

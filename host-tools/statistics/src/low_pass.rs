@@ -1,20 +1,20 @@
 //! Zero-phase low-pass: a Butterworth filter run forwards and backwards over a whole signal.
 //!
-//! A fit of one signal to another is not changed by it, as long as both go through the same filter. That is why an import filters
-//! either all measured signals or none, and why predictions from sent velocities are filtered, too. Forwards and backwards, the
+//! If two signals go through the same filter, a linear fit of one to the other stays valid. That is why an import filters
+//! either all measured signals or none, and why predictions from sent velocities are filtered, too. With both passes the
 //! amplitude at the cutoff is one half.
 
 use std::f64::consts::PI;
 
-/// Length of the extension at each end, in periods of the cutoff. The filter has settled when the signal begins: to
-/// exp(−2π·8·0.38) = 5e-9 for order 4.
+/// Length of the extension at each end, in periods of the cutoff. The transient of the filter has decayed when the signal
+/// begins: to exp(−2π·8·0.38) = 5e-9 for order 4.
 const SETTLING_PERIODS: f64 = 8.0;
 
 /// A second-order section with unit gain at rest, in transposed direct form II.
 #[derive(Clone, Copy, Debug)]
 struct Section {
     b: [f64; 3],
-    /// Without the leading 1.
+    /// Coefficients of the denominator without the leading 1.
     a: [f64; 2],
 }
 
@@ -58,8 +58,8 @@ impl LowPass {
         }
     }
 
-    /// Filters a signal without shifting it. Each end is continued by the signal's point reflection in its end point, which keeps
-    /// value and slope.
+    /// Filters a signal without a phase shift. Each end is extended by the point reflection of the signal about its end
+    /// point, which keeps value and slope.
     pub fn zero_phase(&self, signal: &[f64]) -> Vec<f64> {
         let (Some(first), Some(last)) = (signal.first(), signal.last()) else {
             return Vec::new();
@@ -78,7 +78,7 @@ impl LowPass {
         values[padding..padding + signal.len()].to_vec()
     }
 
-    /// Runs the filter over the values, beginning in the steady state of the first value.
+    /// Runs the filter over the values, starting in the steady state of the first value.
     fn run(&self, values: &mut [f64]) {
         let start = values.first().copied().unwrap_or(0.0);
         for pair in self.sections.chunks(2) {
@@ -91,10 +91,10 @@ impl LowPass {
     }
 }
 
-/// Runs sections over the values, value by value. The processor overlaps the second section's work on a value with the first
+/// Runs sections in series, value by value: the processor overlaps the second section's work on a value with the first
 /// section's work on the next.
 fn chained<const N: usize>(values: &mut [f64], start: f64, sections: [Section; N]) {
-    // At rest the output is the input, which fixes the state.
+    // In the steady state the output equals the input, which determines the state.
     let mut states = sections.map(|Section { b, a }| [(1.0 - b[0]) * start, (b[2] - a[1]) * start]);
     for value in values {
         for (Section { b, a }, state) in sections.iter().zip(&mut states) {
@@ -111,7 +111,7 @@ fn chained<const N: usize>(values: &mut [f64], start: f64, sections: [Section; N
 mod tests {
     use super::*;
 
-    /// Amplitude and phase shift (samples) of a filtered sine, measured in its middle.
+    /// Amplitude and phase shift (samples) of a filtered sine, measured in the middle of the signal.
     fn response(order: u32, cutoff: f64, frequency: f64) -> (f64, f64) {
         let n = 4000;
         let angle = |i: usize| 2.0 * PI * frequency * i as f64;

@@ -1,11 +1,11 @@
-//! The noise on a series, found from the series itself.
+//! Noise floor of a series, estimated from the series itself.
 
 use super::spectrum::periodogram;
 use std::f64::consts::PI;
 
 /// Median absolute deviation of a normal variable with standard deviation 1.
 const MAD_OF_NORMAL: f64 = 0.674_489_750_196_082;
-/// Fewer differences than this say nothing.
+/// Fewest differences for an estimate.
 const LEAST: usize = 8;
 /// Orders of the differences: a motion that is fast relative to the sampling rate still shows in those of low order.
 const ORDERS: [i32; 4] = [3, 5, 7, 9];
@@ -13,12 +13,12 @@ const ORDERS: [i32; 4] = [3, 5, 7, 9];
 /// Number of frequencies in a sum that approximates an integral.
 const BINS: usize = 1000;
 
-/// Kind of noise that lies on a series.
+/// Kind of noise on a series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Noise {
-    /// Each value has its own.
+    /// White noise.
     White,
-    /// The series is the difference of one with white noise, as a velocity made from positions.
+    /// Differences of white noise, as in a velocity computed from positions.
     Differenced,
 }
 
@@ -38,7 +38,7 @@ impl LowPassed {
         move |frequency| (1.0 + ((PI * frequency).tan() / cutoff).powi(2 * order)).powi(-2)
     }
 
-    /// Autocorrelation of white noise behind the filter at lags 0, 1, .. `lags` - 1.
+    /// Autocorrelation of filtered white noise at lags 0, 1, .. `lags` - 1.
     pub fn correlations(&self, lags: usize) -> Vec<f64> {
         let power = self.power();
         let mut together = vec![0.0; lags];
@@ -53,7 +53,7 @@ impl LowPassed {
     }
 }
 
-/// Frequencies of a sum over the band of a series, relative to the sampling rate.
+/// Frequencies of a sum that covers the band of a series, relative to the sampling rate.
 fn frequencies() -> impl Iterator<Item = f64> {
     (0..BINS).map(|k| (k as f64 + 0.5) / (2 * BINS) as f64)
 }
@@ -67,7 +67,7 @@ impl Noise {
         }
     }
 
-    /// Variance of the difference of this order of noise with variance 1. For white noise without a filter, that of the third
+    /// Variance of the `order`-th difference of noise with variance 1. For white noise without a filter, that of the third
     /// difference is the sum of squares of the binomials 1 3 3 1; for differenced noise it is that of 1 4 6 4 1, halved.
     fn of_difference(self, order: i32, filter: Option<LowPassed>) -> f64 {
         let (mut of_difference, mut of_noise) = (0.0, 0.0);
@@ -83,13 +83,13 @@ impl Noise {
     }
 }
 
-/// Standard deviation of the noise on a smooth series; None if it is too short. `filter`: the low-pass that the series went
-/// through with its noise.
+/// Standard deviation of the noise on a smooth series; None if the series is too short. `filter` is the low-pass through
+/// which series and noise went, if any.
 ///
-/// The median of absolute differences ignores whatever is smooth, and a few jumps: an error of a model does not raise it. Of an
-/// oscillation at a ninth of the sampling rate the third difference keeps a third, the ninth difference a thousandth of what it
-/// makes of noise: the smallest estimate of all orders is taken. Behind a filter there is no noise at the frequencies that high
-/// orders see, and the quietest part of the band is taken in their place.
+/// The median of absolute differences is insensitive to everything smooth and to a few jumps, so that an error of a model
+/// does not raise it. The smallest estimate of all orders is taken: of an oscillation at a ninth of the sampling rate the
+/// third difference keeps a third, the ninth difference a thousandth of what it makes of noise. After a filter there is no
+/// noise at the frequencies that high orders measure, and the quietest part of the band is used in their place.
 pub fn noise_floor(values: &[f64], noise: Noise, filter: Option<LowPassed>) -> Option<f64> {
     let orders = if filter.is_some() {
         &ORDERS[..1]
@@ -113,9 +113,10 @@ pub fn noise_floor(values: &[f64], noise: Noise, filter: Option<LowPassed>) -> O
     floors.chain(quiet).reduce(f64::min)
 }
 
-/// Noise behind a filter, from the quietest tenth of the spectral lines that the filter passes. None if there are too few.
+/// Noise after a filter, from the quietest tenth of the spectral lines that the filter passes. None if there are too few
+/// lines.
 fn quietest_of_band(values: &[f64], noise: Noise, filter: &LowPassed) -> Option<f64> {
-    /// Least power gain of a line that is passed.
+    /// Smallest power gain of a line that counts as passed.
     const KEPT: f64 = 0.5;
     let passed = filter.power();
     let density = noise.density();
@@ -124,20 +125,20 @@ fn quietest_of_band(values: &[f64], noise: Noise, filter: &LowPassed) -> Option<
     Some((quiet * mean(behind)).sqrt())
 }
 
-/// Standard deviation of the noise that a filter will leave of white noise on `values`, which have not been filtered yet. None if
-/// the band above the filter's is too narrow for an estimate.
+/// Standard deviation of the noise that remains on `values`, which are not filtered yet, after a filter. White noise is
+/// assumed. None if the band above that of the filter is too narrow for an estimate.
 ///
-/// The filter's own band may contain nothing but motion. The level of the noise is that of the quietest tenth of the lines above
+/// The band of the filter may contain nothing but motion. So the noise level is that of the quietest tenth of the lines above
 /// it, up to four times the cutoff.
 pub fn noise_let_through(values: &[f64], filter: LowPassed) -> Option<f64> {
-    // Who sets a cutoff cuts where the motion ends, more or less.
+    // A cutoff is usually set to about where the motion ends.
     let above = (1.5 * filter.cutoff)..(4.0 * filter.cutoff).min(0.5);
     let quiet = quietest(values, |_| 1.0, |frequency| above.contains(&frequency))?;
     Some((quiet * mean(filter.power())).sqrt())
 }
 
-/// Power density of the quietest tenth of the chosen lines, in units of `density`. Frequencies are 0 to 0.5. None if there are
-/// too few lines.
+/// Power density of the quietest tenth of the lines for which `chosen` holds, in units of `density`. Frequencies are 0 to
+/// 0.5. None if there are too few lines.
 fn quietest(
     values: &[f64],
     density: impl Fn(f64) -> f64,
@@ -165,7 +166,7 @@ fn quietest(
     if tenth < LEAST {
         return None;
     }
-    // The power of a line of noise has an exponential distribution.
+    // The power of a line of noise is exponentially distributed.
     Some(*lines.select_nth_unstable_by(tenth, f64::total_cmp).1 / -0.9_f64.ln())
 }
 
@@ -174,7 +175,7 @@ fn mean(density: impl Fn(f64) -> f64) -> f64 {
     frequencies().map(density).sum::<f64>() / BINS as f64
 }
 
-/// Median, of two the upper one; None of an empty slice. The values are reordered.
+/// Median, of two middle values the upper one; None for an empty slice. The values are reordered.
 pub fn median(values: &mut [f64]) -> Option<f64> {
     let middle = values.len() / 2;
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
@@ -191,7 +192,7 @@ pub(crate) mod tests {
         (0..count).map(|_| random.normal()).collect()
     }
 
-    /// The floor behind a filter is that of the filtered noise.
+    /// The floor after a filter is that of the filtered noise.
     #[test]
     fn noise_behind_a_filter_is_of_its_own_size() {
         let noise = normal(4000, 3);
@@ -228,7 +229,7 @@ pub(crate) mod tests {
         assert!((floor - 1.0).abs() < 0.06, "{floor}");
     }
 
-    /// 500 times as large as the noise, at 67 Hz of 610.
+    /// The oscillation is 500 times as large as the noise, at 67 Hz of 610 Hz.
     #[test]
     fn a_fast_swing_does_not_raise_the_floor() {
         let noise = normal(4000, 4);
@@ -241,7 +242,7 @@ pub(crate) mod tests {
         assert!((1.0..1.5).contains(&floor), "{floor}");
     }
 
-    /// The swing fills the band of the filter but for the gaps between its lines.
+    /// The oscillation fills the band of the filter except for gaps between its lines.
     #[test]
     fn behind_a_filter_the_quiet_lines_tell() {
         let noise = normal(4096, 5);
@@ -261,11 +262,11 @@ pub(crate) mod tests {
         let quiet = filtered(&noise);
         let rms = (quiet.iter().map(|v| v * v).sum::<f64>() / 4096.0).sqrt();
         let floor = noise_floor(&filtered(&swinging), Noise::White, Some(filter)).unwrap();
-        // The band is filled to two thirds: its quietest tenth is the quietest third of the lines of noise.
+        // Two thirds of the band are filled: its quietest tenth is the quietest third of the lines of noise.
         assert!((0.8..2.0).contains(&(floor / rms)), "{floor} {rms}");
     }
 
-    /// Motion fills the whole band of the filter. Behind the filter it looks like noise of ten times the size.
+    /// Motion fills the whole band of the filter. After the filter it looks like noise of ten times the size.
     #[test]
     fn above_the_band_the_noise_is_seen_before_it_is_filtered() {
         let low_pass = crate::LowPass::new(4, 0.06);

@@ -1,7 +1,7 @@
 //! Inner products of long series, of which a search computes millions, and root mean squares.
 
-/// Sum of the products of two series, over the length of the shorter one. It is kept as eight sums, which the processor adds in
-/// parallel.
+/// Sum of products of two series, over the length of the shorter one. Eight partial sums are kept, which the processor adds
+/// in parallel.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (a_parts, b_parts) = (a.chunks_exact(8), b.chunks_exact(8));
@@ -16,7 +16,7 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest.sum::<f64>()
 }
 
-/// Root mean square; 0 of nothing.
+/// Root mean square; 0 for an empty slice.
 pub fn rms(values: &[f64]) -> f64 {
     let squares = values.iter().map(|v| v * v);
     (squares.sum::<f64>() / values.len().max(1) as f64).sqrt()

@@ -18,14 +18,13 @@ pub struct RandomStream {
 }
 
 impl RandomStream {
-    /// Streams of one seed are independent: switching one source of noise on leaves the others as
-    /// they were.
+    /// Streams of one seed are independent: enabling one source of noise does not change the others.
     pub fn new(seed: u64, stream: u64) -> Self {
         Self::at(seed, stream, 0)
     }
 
-    /// The same, beginning at a place in the stream. Places are 512 bits apart: what is drawn from two of them is independent as
-    /// long as it does not reach from one to the other.
+    /// A stream that begins at a place within it. Places are 512 bits apart: draws from two places are independent as long as
+    /// those from one do not reach the other.
     pub fn at(seed: u64, stream: u64, place: u64) -> Self {
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
         generator.set_stream(stream);

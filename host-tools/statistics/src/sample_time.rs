@@ -2,8 +2,8 @@
 
 use crate::median;
 
-/// Median step of rising times. If the mean of the steps about as long as the median differs from it, the mean is taken: stamps
-/// in milliseconds of rows every 8.85 ms have steps of mostly 9 ms, and a velocity computed with 9 ms is 1.7 % too small. None
+/// Median step of ascending times. If it differs from the mean of all steps of similar length, that mean is taken: stamps in
+/// milliseconds of rows every 8.85 ms have steps of mostly 9 ms, and a velocity computed with 9 ms is 1.7 % too small. None
 /// without a step.
 ///
 /// ```
@@ -14,9 +14,9 @@ use crate::median;
 /// assert_eq!(sample_time([3.0].into_iter()), None);
 /// ```
 pub fn sample_time(times: impl Iterator<Item = f64>) -> Option<f64> {
-    /// Range of steps, relative to the median: longer ones are gaps, shorter ones errors.
+    /// Range of similar steps, relative to the median: longer ones are gaps, shorter ones errors.
     const ALIKE: std::ops::Range<f64> = 0.5..1.5;
-    /// Relative difference of mean and median from which on time stamps are taken to be rounded.
+    /// Relative difference of mean and median above which the time stamps are taken to be rounded.
     const DIGITS: f64 = 1e-3;
     let times: Vec<f64> = times.collect();
     let steps = times.windows(2).map(|pair| pair[1] - pair[0]);

@@ -29,7 +29,7 @@ pub fn normal_p(z: f64) -> f64 {
     erf::erfc(z.abs() / std::f64::consts::SQRT_2)
 }
 
-/// A p-value that cannot be computed is no evidence: 1.
+/// A p-value that cannot be computed counts as no evidence: 1.
 fn defined(p: Option<f64>) -> f64 {
     p.filter(|p| p.is_finite()).unwrap_or(1.0)
 }

@@ -4,8 +4,8 @@ use rustfft::FftPlannerScalar;
 use rustfft::num_complex::Complex;
 use std::f64::consts::TAU;
 
-/// Power at the frequencies k / (N Ts), k = 1 to N/2, in the square of the series' unit; its mean
-/// is the variance about zero of what is there. Missing values count as zero.
+/// Power at the frequencies k / (N Ts), k = 1 to N/2, in the square of the series' unit. Its mean is the variance about zero
+/// of the known values. Missing values count as zero.
 pub fn periodogram(series: &[f64]) -> Vec<f64> {
     let known = series.iter().filter(|v| v.is_finite()).count();
     if series.len() < 2 || known == 0 {

@@ -1,9 +1,9 @@
-//! Plants that judge laws against a robot's delay: a late robot, a docking contact, a noisy
-//! sensor, and the ideal test beside them.
+//! Plants for the assessment of laws against a robot's delay: a late robot, a docking contact, a noisy sensor, and the ideal
+//! test for comparison.
 //!
-//! A controller sends the velocity of each axis once per cycle; the plant answers with what the
-//! board would measure. The plant knows nothing of the controller's model of the spacecraft: a
-//! robot is position-controlled, so the contact force changes nothing but the measurement.
+//! A controller sends the velocity of each axis once per cycle. The plant returns what the board would measure. It knows
+//! nothing of the controller's model of the spacecraft: a robot is position-controlled, so the contact force influences
+//! nothing but the measurement.
 //!
 //! ```
 //! use softdock_delay_plants::{Actuator, Contact, Measurement, Plant, PlantSettings, Wall};
@@ -26,7 +26,7 @@
 //! The robot's axes are X Y Z in m and A B C in rad, as KUKA's RSI moves them: A B C turn about z,
 //! then the new y, then the new x. Wrenches stand at M, the origin of the flange, in its axes.
 //!
-//! # Where things are
+//! # Modules
 //! | Module | Content |
 //! |---|---|
 //! | [`Actuator`] | delay, lag or servo, pause, limits, jitter; closed forms between events |
@@ -36,8 +36,8 @@
 //! | [`truth`] | the ideal test: the bounce in closed form, and two free bodies |
 //!
 //! # Independence
-//! The crate uses no softdock crate. The pause is the same idea as on the board, because it is an
-//! idea about the robot; its equations are written a second and a third time here.
+//! The crate uses no softdock crate. The pause has the same definition as on the board, because it is a property of the
+//! robot; its equations are implemented a second and a third time here.
 
 mod actuator;
 mod contact;

@@ -1,4 +1,4 @@
-//! What really happened: the executed motion and every contact.
+//! The true course of a run: the executed motion and every contact.
 
 use crate::Axes;
 use crate::contact::Load;
@@ -11,7 +11,7 @@ pub struct Moment {
     pub time_s: f64,
     /// X Y Z A B C, m and rad.
     pub position: Axes,
-    /// Their velocities, m/s and rad/s.
+    /// Velocities of X Y Z A B C, m/s and rad/s.
     pub velocity: Axes,
     /// Wrench on the flange about M in axes of M, N and N·m.
     pub wrench: Axes,
@@ -20,29 +20,29 @@ pub struct Moment {
 /// One contact, from the first touch to the release.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactRecord {
-    /// When a probe came through a surface, s.
+    /// Time at which a probe entered a surface, s.
     pub touch_s: f64,
-    /// When the last probe came out, or when the force of a damped contact ended before, s; None
-    /// at the end of a run.
+    /// Time at which the last probe left the surface, or at which the force of a damped contact ended before that, s; None if
+    /// the run ended before.
     pub release_s: Option<f64>,
     /// Largest sum of normal forces, N.
     pub peak_force_n: f64,
     /// ∫ F dt in the laboratory, N·s.
     pub impulse_n_s: Vector3<f64>,
-    /// When a force last acted, s.
+    /// Last time at which a force acted, s.
     last_force_s: f64,
-    /// Force and normal force at the last look.
+    /// Force and normal force at the last sample.
     last: (Vector3<f64>, f64),
 }
 
-/// What really happened.
+/// The true course of a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Log {
     /// One entry per cycle.
     pub moments: Vec<Moment>,
-    /// All contacts, the last one perhaps open.
+    /// All contacts; the last one may not be released yet.
     pub contacts: Vec<ContactRecord>,
-    /// Depth and time of the last look.
+    /// Depth and time of the last sample.
     last_look: (f64, f64),
 }
 
@@ -64,13 +64,13 @@ impl ContactRecord {
 }
 
 impl Log {
-    /// The first look, before any motion.
+    /// The first sample, before any motion.
     pub(crate) fn begin(&mut self, load: &Load) {
         self.last_look = (load.depth, 0.0);
     }
 
-    /// Looks at the load at a time. Between two looks, 0.1 ms apart or less, depth and force are
-    /// taken as linear: touch and release are good to a microsecond, an impulse to a thousandth.
+    /// Adds a sample of the load. Between samples, 0.1 ms apart or less, depth and force are interpolated linearly: times of
+    /// touch and release are accurate to a microsecond, impulses to a thousandth.
     pub(crate) fn look(&mut self, time_s: f64, load: &Load) {
         let (depth, before_s) = self.last_look;
         self.last_look = (load.depth, time_s);

@@ -1,4 +1,4 @@
-//! What the board is told: late and noisy poses, noisy wrenches.
+//! Measured quantities: delayed and noisy poses, noisy wrenches.
 
 use crate::Axes;
 use crate::noise::Noise;
@@ -19,7 +19,7 @@ pub struct Measurement {
     pub torque_noise_n_m: f64,
 }
 
-/// The feedback of a run.
+/// The measurement system of a run.
 #[derive(Clone, Debug)]
 pub(crate) struct Feedback {
     settings: Measurement,
@@ -38,7 +38,7 @@ impl Feedback {
         }
     }
 
-    /// The pose that is measured in this cycle.
+    /// The measured pose of this cycle.
     pub(crate) fn pose(&mut self, truth: Axes) -> Axes {
         self.poses.push_back(truth);
         let late = self.poses.pop_front().unwrap_or(truth);
@@ -49,7 +49,7 @@ impl Feedback {
         noisy(&mut self.pose_noise, late, linear, angular)
     }
 
-    /// The wrench that is measured in this cycle.
+    /// The measured wrench of this cycle.
     pub(crate) fn wrench(&mut self, truth: Axes) -> Axes {
         let (linear, angular) = (self.settings.force_noise_n, self.settings.torque_noise_n_m);
         noisy(&mut self.wrench_noise, truth, linear, angular)

@@ -8,7 +8,7 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 pub(crate) struct Noise(ChaCha8Rng);
 
 impl Noise {
-    /// Streams of one seed are independent: what one source draws never shifts another.
+    /// Streams of one seed are independent: draws from one do not change another.
     pub(crate) fn new(seed: u64, stream: u64) -> Self {
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
         generator.set_stream(stream);

@@ -1,4 +1,4 @@
-//! One plant: a robot, what it touches, and what is measured.
+//! One plant: a robot, its contact, and the measurement.
 
 use crate::Axes;
 use crate::actuator::{Actuator, Formulation, Robot};
@@ -7,7 +7,7 @@ use crate::log::{Log, Moment};
 use crate::measurement::{Feedback, Measurement};
 use crate::pose::RobotPose;
 
-/// A plant.
+/// Settings of a plant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlantSettings {
     /// Cycle, s.
@@ -16,7 +16,7 @@ pub struct PlantSettings {
     pub start: Axes,
     /// The robot.
     pub actuator: Actuator,
-    /// How its motion is computed.
+    /// Formulation of its motion.
     pub formulation: Formulation,
     /// The docking mechanism.
     pub contact: Contact,
@@ -40,7 +40,7 @@ impl Default for PlantSettings {
     }
 }
 
-/// What is measured at the end of a cycle.
+/// The measurement at the end of a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// Measured X Y Z A B C, m and rad.
@@ -60,7 +60,7 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// At rest.
+    /// A plant at rest.
     pub fn new(settings: &PlantSettings) -> Self {
         let PlantSettings {
             cycle_s,
@@ -95,8 +95,8 @@ impl Plant {
         }
     }
 
-    /// One cycle with a commanded velocity of X Y Z A B C (m/s, rad/s); the answer is measured at
-    /// its end, all at the same instant but for the latency of the pose.
+    /// Runs one cycle with a commanded velocity of X Y Z A B C (m/s, rad/s). Returns the measurement at its end; all
+    /// quantities are of the same instant, except for the latency of the pose.
     pub fn step(&mut self, command: Axes) -> Sample {
         let Self {
             robot,
@@ -128,7 +128,7 @@ impl Plant {
         }
     }
 
-    /// What really happened so far.
+    /// The true course of the run so far.
     pub fn log(&self) -> &Log {
         &self.log
     }

@@ -3,7 +3,7 @@
 use crate::Axes;
 use nalgebra::{Rotation3, Vector3};
 
-/// The flange M in the laboratory.
+/// Pose and velocity of the flange M in the laboratory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RobotPose {
     /// Origin of M, m.

@@ -64,7 +64,7 @@ fn step_through_a_lag() {
     }
 }
 
-/// A pause loses its length times the command, whatever its phase.
+/// A pause loses its duration times the command, for any phase within a cycle.
 #[test]
 fn pause_loses_the_right_distance() {
     let mut commands = vec![0.01; 20];
@@ -77,8 +77,8 @@ fn pause_loses_the_right_distance() {
     }
 }
 
-/// Behind a lag the command has already crossed zero when the axis does: the pause begins at
-/// T ln 2 after the reversal arrives, and loses what the lag would have moved meanwhile.
+/// After a lag the axis crosses zero later than the command: the pause begins T ln 2 after the reversal arrives, and loses
+/// what the lag would have moved meanwhile.
 #[test]
 fn pause_behind_a_lag() {
     let (lag, pause_s, delay_s) = (0.016, 0.012, 0.018);
@@ -101,7 +101,7 @@ fn pause_behind_a_lag() {
     assert!((with - without - lost).abs() < 1e-11, "{}", with - without);
 }
 
-/// A command beyond the limits is taken as far as they allow.
+/// A command beyond the limits is executed as far as they allow.
 #[test]
 fn limits_of_velocity_and_acceleration() {
     let actuator = Actuator {
@@ -116,7 +116,7 @@ fn limits_of_velocity_and_acceleration() {
     }
 }
 
-/// A rough motion with reversals, also within pauses.
+/// Commands with frequent reversals, some of them within pauses.
 fn rough() -> Vec<f64> {
     (0..400)
         .map(|n| {
@@ -126,7 +126,7 @@ fn rough() -> Vec<f64> {
         .collect()
 }
 
-/// The largest difference of the two formulations, over the largest way.
+/// The largest difference of the two formulations is small.
 #[test]
 fn two_formulations_agree() {
     let lag = Dynamics::Lag {
@@ -134,7 +134,7 @@ fn two_formulations_agree() {
     };
     let servo = |hz| Dynamics::Servo { hz, damping: 0.7 };
     for (dynamics, delay_s, pause_s) in [
-        // A pause that ends just as a command arrives is another one in each formulation.
+        // A pause that ends just as a command arrives differs between the formulations; 15 ms avoid that.
         (Dynamics::None, 0.032, 0.015),
         (lag, 0.016, 0.016),
         (servo(10.0), 0.016, 0.016),
@@ -151,7 +151,7 @@ fn two_formulations_agree() {
         let (a, b) = (executed(&exact, &rough()), executed(&stepped, &rough()));
         let apart = a.iter().zip(&b).map(|(a, b)| (a.0 - b.0).abs());
         let largest = apart.fold(0.0, f64::max);
-        // A step of 0.02 ms at 0.01 m/s per reversal, of which there are some thirty.
+        // A tolerance of 0.02 ms at 0.01 m/s for each of about thirty reversals.
         assert!(largest < 3e-6, "{dynamics:?}: {largest}");
     }
 }
@@ -181,7 +181,7 @@ fn log_of_a_prescribed_contact() {
     }
 }
 
-/// A turned flange reports the same force in its own axes, with its lever.
+/// A rotated flange reports the same force in its own axes, and the torque of its lever.
 #[test]
 fn wrench_is_that_of_the_flange() {
     let quarter = std::f64::consts::FRAC_PI_2;

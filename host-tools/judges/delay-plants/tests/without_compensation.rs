@@ -1,5 +1,5 @@
-//! A mass that is simulated from the measured force, without compensation: the energy that a late
-//! robot adds when it is sent the mean velocity of each cycle. In both formulations, over instants of the touch within a cycle.
+//! A simulated mass that is driven by the measured force, without compensation: the energy that a late robot adds when it is
+//! sent the mean velocity of each cycle. For both formulations, averaged over instants of the touch within a cycle.
 
 use softdock_delay_plants::{Actuator, Contact, Dynamics, Formulation, Plant, PlantSettings, Wall};
 
@@ -60,7 +60,7 @@ const LAG: Actuator = Actuator {
     ..Actuator::ideal()
 };
 
-/// Known from an earlier simulation with steps of 0.5 ms, at φ = ω · 32 ms.
+/// Known values from an earlier simulation with steps of 0.5 ms, at φ = ω · 32 ms.
 #[test]
 fn energy_of_a_late_robot() {
     let known = [

@@ -10,10 +10,10 @@ use crate::meta::ActuatorModel;
 
 /// Longest step of the linear chain, s: only the position integral depends on it.
 const LINEAR_STEP_S: f64 = 5e-4;
-/// Longest step with a hidden effect, s: its switching instants are quantised to it.
+/// Longest step with a hidden effect, s, as its switching instants are rounded to steps.
 const EFFECT_STEP_S: f64 = 1e-4;
 
-/// Where a limit or a trigger sits.
+/// Place of a limit or a trigger in the chain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Location {
     /// On the delayed command, before the lag.
@@ -22,21 +22,21 @@ pub(crate) enum Location {
     Output,
 }
 
-/// What the robot does beyond delay and lag. Units: s, m/s, rad/s, m/s², rad/s².
+/// A hidden effect of the robot, beyond delay and lag. Units: s, m/s, rad/s, m/s², rad/s².
 #[derive(Clone, Debug)]
 pub(crate) enum ActuatorEffect {
     /// `actuation_delay`.
     Delay { extra_s: f64 },
     /// `actuation_lag`: a second lag in series.
     Lag { extra_s: f64 },
-    /// `zero_cross_pause`: output zero for a time after its (or the command's) change of sign;
-    /// `reset` empties the lag too, otherwise it runs on behind a gate.
+    /// `zero_cross_pause`: the output is zero for a time after a change of sign of the output, or of the command. `reset`
+    /// also empties the lag; otherwise the lag goes on behind the closed gate.
     Pause {
         pause_s: f64,
         trigger: Location,
         reset: bool,
     },
-    /// `rate_limit`: per command cycle before the lag, or continuous after it.
+    /// `rate_limit`: per cycle of the command before the lag, or continuously after it.
     RateLimit {
         linear: f64,
         angular: f64,
@@ -52,7 +52,7 @@ pub(crate) enum ActuatorEffect {
     Resonance { frequency_hz: f64, damping: f64 },
 }
 
-/// Parameters of the chain, gathered from the effects; neutral values switch a part off.
+/// Parameters of the chain, collected from the effects; neutral values disable a part.
 #[derive(Clone, Debug)]
 struct Chain {
     delay_s: f64,
@@ -160,8 +160,8 @@ impl Axis {
         self.output = self.gate(value, h, chain);
     }
 
-    /// One step of the structural mode, of second order in `h`: half a drift, a kick with the mean
-    /// drive and rate, half a drift. A first-order step would be early by `h`, which reads as damping.
+    /// One step of the structural mode, accurate to second order in `h`: half a drift, a kick with the mean drive and rate,
+    /// half a drift. A first-order step would be early by `h`, which looks like damping.
     fn swing(&mut self, h: f64, drive: f64, omega: f64, damping: f64) {
         self.mode += 0.5 * h * self.mode_rate;
         let braked = damping * omega * h;
@@ -207,7 +207,7 @@ impl Axis {
     }
 }
 
-/// Six axes and the commands under way.
+/// Six axes and the commands in the delay.
 #[derive(Clone, Debug)]
 pub(crate) struct Actuator {
     chain: Chain,
@@ -220,7 +220,7 @@ pub(crate) struct Actuator {
 }
 
 impl Actuator {
-    /// At rest at time 0.
+    /// The robot at rest at time 0.
     pub(crate) fn new(
         model: &ActuatorModel,
         cycle_s: f64,
@@ -242,12 +242,12 @@ impl Actuator {
         }
     }
 
-    /// Executed velocity now, m/s and rad/s.
+    /// Present executed velocity, m/s and rad/s.
     pub(crate) fn velocity(&self) -> Vector6<f64> {
         Vector6::from_fn(|i, _| self.axes[i].output)
     }
 
-    /// The controller sends a command; it is held until the next.
+    /// Takes a command, which is held until the next.
     pub(crate) fn send(&mut self, at_s: f64, command: Vector6<f64>) {
         self.sent.push((at_s, command));
     }

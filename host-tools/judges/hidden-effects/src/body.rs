@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3, Vector6};
 
 use crate::meta::{Meta, angular, linear, matrix, stack};
 
-/// Acceleration of the body, m/s² in C and rad/s² in M, from a raw reading:
+/// Computes the acceleration of the body, m/s² in C and rad/s² in M, from a raw reading:
 /// `F = f - m g - b`, `T_M = t - com x m g - b + r_S x F`,
 /// `a = R F / m_sc`, `alpha = I^-1 (T_M - w x I w)`.
 #[derive(Clone, Debug)]
@@ -15,7 +15,7 @@ pub(crate) struct Dynamics<'a> {
 }
 
 impl<'a> Dynamics<'a> {
-    /// A singular inertia leaves the rotation at rest.
+    /// A singular inertia keeps the rotation at rest.
     pub(crate) fn new(meta: &'a Meta) -> Self {
         let inertia = matrix(&meta.spacecraft.inertia_kg_m2);
         Self {
@@ -25,7 +25,7 @@ impl<'a> Dynamics<'a> {
         }
     }
 
-    /// Force in C, N, and torque about the origin of M in M, Nm, left after compensation.
+    /// Force in C, N, and torque about the origin of M in M, Nm, that remain after compensation.
     pub(crate) fn compensated(
         &self,
         reading: &Vector6<f64>,
@@ -62,13 +62,13 @@ impl<'a> Dynamics<'a> {
 pub(crate) struct Body<'a> {
     dynamics: Dynamics<'a>,
     mass_ratio: f64,
-    /// N/m, N s/m.
+    /// Stiffness and damping of a resistance, N/m and N s/m.
     resistance: (f64, f64),
     velocity: Vector6<f64>,
 }
 
 impl<'a> Body<'a> {
-    /// Starts with the last jog command.
+    /// Begins with the last command of the jog.
     pub(crate) fn new(
         meta: &'a Meta,
         mass_ratio: f64,
@@ -83,7 +83,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// One tick: `v += a Ts` (the rotation by RK4 with held torque), output = mean of the old
+    /// One tick: `v += a Ts` (the rotation by RK4 with held torque). The output is the mean of the old
     /// and the new velocity.
     pub(crate) fn tick(
         &mut self,

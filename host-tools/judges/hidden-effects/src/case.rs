@@ -1,4 +1,4 @@
-//! One case: plan from a seed, two logs, the truth and the oracle.
+//! One case: a plan from a seed, two logs, the truth and the oracle.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ use crate::size::{Scene, draw};
 use crate::small;
 use crate::truth::{Level, Truth, Verdict};
 
-/// A case as the tool sees it, and the truth.
+/// A case as a tool gets it, and the truth.
 #[derive(Clone, Debug)]
 pub struct Case {
     /// Name of the case.
@@ -40,19 +40,19 @@ pub struct CaseSpec {
     pub(crate) noise: NoiseRange,
 }
 
-/// Everything drawn before the first tick.
+/// Everything that is drawn before the first tick.
 struct Plan {
     nominal: Meta,
     plant: Meta,
     effects: Vec<Effect>,
-    /// Whether train and test have them.
+    /// Whether the effects are in train and in test.
     shown: [bool; 2],
     jogs: [Jog; 2],
     rows: usize,
     character: NoiseCharacter,
 }
 
-/// Train and test differ in their noise.
+/// Offset of the test log's seed, so that its noise differs from that of train.
 const TEST_SEED: u64 = 0x5eed_0002;
 
 impl CaseSpec {
@@ -123,7 +123,7 @@ impl CaseSpec {
         }
     }
 
-    /// Draws rig, motion, effects with this size factor, and noise.
+    /// Draws rig, motion, effects of this size factor, and noise.
     fn plan(&self, size: f64) -> Plan {
         let mut noise = Noise::new(self.seed, 0);
         let about_tool = self.effects.iter().any(|id| id.starts_with("tool_"));
@@ -175,14 +175,14 @@ impl Plan {
         }
     }
 
-    /// Effects that a log has.
+    /// The effects that a log contains.
     fn effects_of(&self, log: usize) -> &[Effect] {
         if self.shown[log] { &self.effects } else { &[] }
     }
 
-    /// z of a test log under the nominal model, and what the same seed gives without the effects.
+    /// z of a test log under the nominal model, and z of a run with the same seed without the effects.
     fn judged(&self, test: &[Row], seed: u64) -> ([f64; 4], [f64; 4]) {
-        // A tool cannot lose its inertia: the reference run keeps it, and its model knows it.
+        // A tool cannot lose its inertia, so the reference run keeps it, and its model contains it.
         let inertia = |effect: &Effect| matches!(effect, Effect::ToolInertia);
         let mut known = self.nominal.clone();
         known.tool.dynamic_compensation |= self.effects.iter().any(inertia);
@@ -193,11 +193,11 @@ impl Plan {
         )
     }
 
-    /// What the effects leave in the channel that shows most of them, in multiples of the oracle's z.
+    /// Residual of the effects in the channel that shows most of them, in multiples of the oracle's z.
     fn excess(&self, seed: u64) -> f64 {
         let oracle = residual::z(&self.nominal, &self.run(1, seed, &[]).log());
         let left = residual::z(&self.nominal, &self.without_noise(1, &self.effects).log());
-        // Of the pose, the format's trapezia leave more than a small effect.
+        // Without the pose: there the trapezoidal rule of the format leaves more than a small effect.
         let each = left.iter().zip(oracle).take(3);
         each.map(|(z, floor)| z / floor.max(1.0))
             .fold(0.0, f64::max)
@@ -219,7 +219,7 @@ fn draw_effects(
     noise: &mut Noise,
 ) -> Vec<Effect> {
     let ts = nominal.sample_time_s;
-    // Both logs must reach a limit, or the test log could not confirm it.
+    // Both logs must reach a limit, as otherwise the test log could not confirm it.
     let both = |of: &dyn Fn(&Jog) -> f64| of(&jogs[0]).min(of(&jogs[1]));
     let scene = Scene {
         meta: nominal,
@@ -251,15 +251,15 @@ mod tests {
     fn left_without_noise(plan: &Plan, log: usize) -> [f64; 4] {
         let rows = plan.without_noise(log, &[]).log();
         let [a, b, _, k] = residual::z(&plan.plant, &rows);
-        // The rig computer compensates what the user believes.
+        // The rig computer compensates with the nominal model.
         let [_, _, c, _] = residual::z(&plan.nominal, &rows);
         [a, b, c, k]
     }
 
-    /// Noise is then all that a null with exact parameters leaves under its nominal model.
+    /// A null with exact parameters leaves nothing but noise under its nominal model.
     #[test]
     fn a_null_is_its_model_and_noise() {
-        /// The format integrates by trapezia, the plant exactly; in sigma.
+        /// Error of the format's trapezoidal rule, as the plant integrates exactly; in sigma.
         const TRAPEZIA: f64 = 0.2;
         let specs = (1..=3).flat_map(|seed| [suite(seed), nothing_hidden(seed, 8)].concat());
         for spec in specs.filter(|spec| spec.effects.is_empty()) {

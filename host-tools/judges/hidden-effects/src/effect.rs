@@ -1,4 +1,4 @@
-//! One hidden effect: its id, its true parameters, and the place in the rig where it acts.
+//! One hidden effect: its id, its true parameters, and the part of the rig in which it acts.
 
 use std::collections::BTreeMap;
 
@@ -37,7 +37,7 @@ pub const IDS: [&str; 25] = [
     "clock_jitter",
 ];
 
-/// Effects that no catalogue names: the right answer is "unexplained".
+/// Effects that are in no catalogue: the right answer is "unexplained".
 pub const OUTSIDE_IDS: [&str; 8] = [
     "OOL_bouc_wen",
     "OOL_force_ripple",
@@ -49,7 +49,7 @@ pub const OUTSIDE_IDS: [&str; 8] = [
     "OOL_mains_hum",
 ];
 
-/// Where an effect acts. SI units.
+/// An effect in the part of the rig in which it acts. SI units.
 #[derive(Clone, Debug)]
 pub(crate) enum Effect {
     Actuator(ActuatorEffect),
@@ -70,7 +70,7 @@ pub(crate) enum Effect {
         stiffness: f64,
         damping: f64,
     },
-    /// `sc_mass_error`: the rig computer's mass over the nominal one.
+    /// `sc_mass_error`: the rig computer's mass divided by the nominal one.
     SpacecraftMass {
         ratio: f64,
     },
@@ -82,7 +82,7 @@ pub(crate) enum Effect {
     },
 }
 
-/// Named numbers of one effect.
+/// Parameters of one effect by name.
 pub(crate) type Parameters = BTreeMap<String, f64>;
 
 impl Effect {

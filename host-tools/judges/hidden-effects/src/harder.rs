@@ -1,9 +1,9 @@
-//! Harder cases beside the mixed suite: three effects at once, an effect in one log only, and
-//! effects far below the noise.
+//! Harder cases in addition to the mixed suite: three effects at once, an effect in one log only, and effects far below the
+//! noise.
 
 use crate::truth::Level;
 
-/// Three effects of different parts of the rig, none of which hides another.
+/// Three effects of different parts of the rig, none of which masks another.
 const TRIPLES: [[&str; 3]; 12] = [
     ["actuation_delay", "guide_coulomb", "ft_bias_drift"],
     ["zero_cross_pause", "guide_viscous", "tool_mass_error"],
@@ -23,7 +23,7 @@ const TRIPLES: [[&str; 3]; 12] = [
     ["sc_mass_error", "ft_scale", "guide_viscous"],
 ];
 
-/// What can change on a rig between two logs.
+/// Effects that may differ between two logs of a rig.
 const CHANGING: [&str; 12] = [
     "actuation_delay",
     "actuation_lag",
@@ -39,7 +39,7 @@ const CHANGING: [&str; 12] = [
     "sc_mass_error",
 ];
 
-/// Effects whose excess falls to nothing with their size, in the channels that have noise.
+/// Effects whose residual vanishes with their size, in the channels with noise.
 const SHRINKING: [&str; 15] = [
     "actuation_delay",
     "actuation_lag",

@@ -1,4 +1,4 @@
-//! Operator jog: a smooth multi-sine velocity per axis that hands over at the contact speed.
+//! Operator jog: a smooth multi-sine velocity per axis that ends with the contact speed.
 
 use core::f64::consts::{PI, TAU};
 
@@ -7,7 +7,7 @@ use nalgebra::Vector6;
 use crate::meta::Meta;
 use crate::noise::Noise;
 
-/// Rows of every log that belong to the jog.
+/// Number of rows of every log that belong to the jog.
 pub(crate) const JOG_ROWS: usize = 1000;
 
 /// Velocity commands of the jog, one per tick, m/s and rad/s.
@@ -16,19 +16,19 @@ pub(crate) type Jog = Vec<Vector6<f64>>;
 /// Frequency (Hz) and relative amplitude of one sine.
 type Sine = (f64, f64);
 
-/// What one axis shall do, the same in both logs; the phases differ.
+/// Motion of one axis, the same in both logs except for the phases.
 struct AxisPlan {
     sines: Vec<Sine>,
     rms: f64,
-    /// Farthest from the start, m or rad.
+    /// Largest distance from the start, m or rad.
     reach: f64,
 }
 
-/// Where one axis of one log shall end.
+/// State of one axis at the end of the jog.
 struct End {
     /// m/s or rad/s.
     speed: f64,
-    /// Farthest from the start at the end, m or rad.
+    /// Largest distance from the start at the end, m or rad.
     position: f64,
 }
 
@@ -56,7 +56,7 @@ pub(crate) fn draw(meta: &Meta, approach_m_s: [f64; 2], noise: &mut Noise) -> [J
 }
 
 fn axis_plan(axis: usize, meta: &Meta, noise: &mut Noise) -> AxisPlan {
-    // A jog of 2 s must still contain whole periods.
+    // A jog of 2 s must still contain complete periods.
     let pace = (3.0 / (JOG_ROWS as f64 * meta.sample_time_s)).max(1.0);
     let gap_m = 0.5 * (meta.contact.x_front_m - meta.contact.x_aft_m);
     let (count, low_hz, high_hz, rms, reach) = match axis {
@@ -83,7 +83,7 @@ fn end(axis: usize, approach_m_s: f64, noise: &mut Noise) -> End {
     End { speed, position }
 }
 
-/// Other phases are tried, then weaker sines, until the axis stays within its reach.
+/// Tries other phases, then smaller sines, until the axis stays within its reach.
 fn draw_axis(plan: &AxisPlan, end: &End, ts: f64, noise: &mut Noise) -> Vec<f64> {
     let power: f64 = plan.sines.iter().map(|(_, a)| 0.5 * a * a).sum();
     let mut scale = plan.rms / power.sqrt();
@@ -102,8 +102,8 @@ fn draw_axis(plan: &AxisPlan, end: &End, ts: f64, noise: &mut Noise) -> Vec<f64>
     }
 }
 
-/// Multi-sine, smoothly switched on, blended into the end speed, and shifted by one slow bump
-/// when its integral would end too far out.
+/// Multi-sine, smoothly switched on and blended into the end speed. If its integral would end too far from the start, a slow
+/// bump is added.
 fn shape(plan: &AxisPlan, phases: &[f64], end: &End, scale: f64, ts: f64) -> Vec<f64> {
     let end_s = JOG_ROWS as f64 * ts;
     let mut samples: Vec<f64> = (0..JOG_ROWS)
@@ -122,7 +122,7 @@ fn shape(plan: &AxisPlan, phases: &[f64], end: &End, scale: f64, ts: f64) -> Vec
         .collect();
     let reached: f64 = samples.iter().sum::<f64>() * ts;
     let wanted = reached.clamp(-end.position, end.position);
-    // The bump sin² has the mean 1/2.
+    // The mean of sin² is 1/2.
     let bump = (wanted - reached) / (0.5 * end_s);
     for (n, value) in samples.iter_mut().enumerate() {
         *value += bump * (PI * n as f64 / JOG_ROWS as f64).sin().powi(2);

@@ -1,7 +1,7 @@
-//! Docking-rig logs with a hidden physical effect: an independent judge for tools that look for
-//! the missing effect between a model and a measurement.
+//! Docking-rig logs with a hidden physical effect: an independent test for tools that look for the missing effect between a
+//! model and a measurement.
 //!
-//! # What it makes
+//! # Cases
 //! A [`Case`] is a user's nominal model (`meta.json`), two logs of a rig (`train.csv`,
 //! `test.csv`, format docking-rig-log/1) and the [`Truth`]: which effect the plant contains that
 //! the model does not know, how large it is, and how small the error could be ([the oracle][o]).
@@ -18,7 +18,7 @@
 //! transport delay and a first-order lag; the tip meets two walls along world x and a spring
 //! guide across. There is no delay compensation, so contacts gain energy as on a real rig.
 //!
-//! # Where things are
+//! # Modules
 //! | Module | Content |
 //! |---|---|
 //! | `meta` | the nominal model, and as a second value the true plant |

@@ -1,7 +1,7 @@
 //! Limits of the robot, set so that the jog shows an effect of the wanted size.
 //!
-//! How much a limit leaves depends on how often the jog reaches it, which has no formula: the
-//! limited robot is run over the jog and the limit is bisected.
+//! The residual of a limit depends on how often the jog reaches it, for which there is no formula. So the limited robot is
+//! simulated over the jog, and the limit is found by bisection.
 
 use nalgebra::Vector6;
 
@@ -9,11 +9,11 @@ use crate::actuator::{Actuator, ActuatorEffect};
 use crate::jog::Jog;
 use crate::meta::Meta;
 
-/// Halvings of the bracket.
+/// Bisections of the bracket.
 const HALVINGS: usize = 9;
 
-/// Factor f such that `limited(f)` changes the executed jog velocity by `target_z` sigma rms in
-/// the log that shows less of it.
+/// Factor f for which `limited(f)` changes the executed jog velocity by `target_z` sigma rms, in the log with the smaller
+/// change.
 pub(crate) fn factor(
     meta: &Meta,
     jogs: &[Jog; 2],
@@ -53,7 +53,7 @@ fn execute(meta: &Meta, jog: &Jog, effect: Option<&ActuatorEffect>) -> Vec<Vecto
         .collect()
 }
 
-/// RMS difference of the moving axes over the data-sheet noise.
+/// RMS difference over the moving axes, in units of the data-sheet noise.
 fn distance_z(meta: &Meta, one: &[Vector6<f64>], other: &[Vector6<f64>]) -> f64 {
     let sigma = &meta.noise_sigma;
     let mut sum = 0.0;

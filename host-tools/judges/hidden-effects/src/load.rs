@@ -7,7 +7,7 @@ use nalgebra::{UnitQuaternion, Vector3, Vector6};
 
 use crate::meta::{Meta, angular, linear, stack};
 
-/// Forces that the nominal model does not know. Along world x unless said otherwise; N, m, s.
+/// Forces that the nominal model does not contain, along world x unless said otherwise; N, m, s.
 #[derive(Clone, Debug)]
 pub(crate) enum LoadEffect {
     /// `guide_coulomb`: `-F tanh(v/vs)`, or `-F sign(v)` when `vs` is 0.
@@ -22,7 +22,7 @@ pub(crate) enum LoadEffect {
         exponent: f64,
         smooth: f64,
     },
-    /// `contact_damping`: more of `c min(1, p/delta_c) p'`.
+    /// `contact_damping`: an additional `c min(1, p/delta_c) p'`.
     ContactDamping { coefficient: f64 },
     /// `hunt_crossley`: `lambda p^n p'`.
     HuntCrossley { lambda: f64, exponent: f64 },
@@ -33,24 +33,24 @@ pub(crate) enum LoadEffect {
     /// `cable_stiffness`: `-k x` in all three directions, tied to the origin of M or
     /// to the sensor.
     Cable { stiffness: f64, at_sensor: bool },
-    /// Outside: hysteresis `-F z`, `z' = (v - |v| z |z|^(n-1)/2 - v |z|^n/2)/x0` (Bouc-Wen).
+    /// Outside the catalogue: hysteresis `-F z`, `z' = (v - |v| z |z|^(n-1)/2 - v |z|^n/2)/x0` (Bouc-Wen).
     BoucWen {
         force: f64,
         distance: f64,
         exponent: f64,
     },
-    /// Outside: force ripple locked to the position.
+    /// Outside the catalogue: force ripple that depends on the position.
     Ripple { force: f64, pitch: f64, phase: f64 },
-    /// Outside: a spring behind lost motion (play operator), `-k w`.
+    /// Outside the catalogue: a spring with lost motion (play operator), `-k w`.
     LostMotion { stiffness: f64, half_width: f64 },
-    /// Outside: Coulomb friction that changes along the guide.
+    /// Outside the catalogue: Coulomb friction that varies along the guide.
     RoughGuide {
         force: f64,
         depth: f64,
         pitch: f64,
         phase: f64,
     },
-    /// Outside: a relaxing spring beside the wall's (Maxwell), `f' = k p' - f/tau`.
+    /// Outside the catalogue: a relaxing spring parallel to that of the wall (Maxwell), `f' = k p' - f/tau`.
     Relaxing { stiffness: f64, tau: f64 },
 }
 
@@ -63,7 +63,7 @@ struct Touch {
     direction: f64,
 }
 
-/// External loads with their inner states.
+/// External loads with their internal states.
 #[derive(Clone, Debug)]
 pub(crate) struct Loads<'a> {
     plant: &'a Meta,
@@ -74,7 +74,7 @@ pub(crate) struct Loads<'a> {
 }
 
 impl<'a> Loads<'a> {
-    /// Relaxed at the start.
+    /// All loads, relaxed.
     pub(crate) fn new(plant: &'a Meta, effects: Vec<&'a LoadEffect>) -> Self {
         let gap_m = effects
             .iter()
@@ -92,7 +92,7 @@ impl<'a> Loads<'a> {
         }
     }
 
-    /// Whether [`Self::advance`] has anything to do.
+    /// Whether an effect has an internal state that [`Self::advance`] updates.
     pub(crate) fn has_memory(&self) -> bool {
         self.effects.iter().any(|effect| {
             matches!(
@@ -104,8 +104,7 @@ impl<'a> Loads<'a> {
         })
     }
 
-    /// Steps the inner states with the tip at `x_m` (offset of the tip from its start) moving
-    /// at `v_m_s`.
+    /// Advances the internal states by a step with the tip at `tip_x_m`, moving at `v_m_s`.
     pub(crate) fn advance(&mut self, h: f64, tip_x_m: f64, v_m_s: f64) {
         let offset = tip_x_m - self.plant.geometry.r_tip_m[0];
         let penetration = self.touch(tip_x_m, v_m_s).penetration;
@@ -250,7 +249,7 @@ impl<'a> Loads<'a> {
     }
 }
 
-/// Sign, smooth over `smooth` when that is positive; 0 at rest.
+/// Sign of `v`; if `smooth` is positive, smoothed as tanh(v/smooth); 0 at rest.
 fn sign(v: f64, smooth: f64) -> f64 {
     if smooth > 0.0 {
         (v / smooth).tanh()

@@ -8,29 +8,28 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3, Vector6};
 pub const HEADER: &str = "t,mode,fx,fy,fz,tx,ty,tz,vcx,vcy,vcz,wcx,wcy,wcz,vex,vey,vez,\
 wex,wey,wez,px,py,pz,qw,qx,qy,qz,vmx,vmy,vmz,wmx,wmy,wmz";
 
-/// One tick.
+/// One tick of a log.
 #[derive(Clone, Debug)]
 pub(crate) struct Row {
     /// Nominal time, s.
     pub(crate) t_s: f64,
-    /// The dynamics model closes the loop (mode 1).
+    /// Whether the dynamics model closes the loop (mode 1).
     pub(crate) in_loop: bool,
     /// Raw reading in S, N and Nm.
     pub(crate) wrench: Vector6<f64>,
     /// Command, m/s in C and rad/s in M.
     pub(crate) command: Vector6<f64>,
-    /// Executed velocity, the same frames.
+    /// Executed velocity, in the same frames.
     pub(crate) executed: Vector6<f64>,
-    /// M in C, m.
+    /// Position of M in C, m.
     pub(crate) position: Vector3<f64>,
-    /// R_CM.
+    /// Orientation of M in C, R_CM.
     pub(crate) rotation: UnitQuaternion<f64>,
     /// Output of the dynamics model, 0 in mode 0.
     pub(crate) model: Vector6<f64>,
 }
 
-/// Formats the rows with the digits of the format: time 3, force 4, torque 5, velocity and
-/// position 7, quaternion 8.
+/// Writes the rows with the decimals of the format: time 3, force 4, torque 5, velocity and position 7, quaternion 8.
 pub(crate) fn to_csv(rows: &[Row]) -> String {
     let mut text = String::with_capacity(340 * (rows.len() + 1));
     text.push_str(HEADER);
@@ -60,7 +59,7 @@ pub(crate) fn to_csv(rows: &[Row]) -> String {
     text
 }
 
-/// Reads the text back.
+/// Reads the rows from the text of a log.
 ///
 /// # Errors
 /// The line and what is wrong with it.

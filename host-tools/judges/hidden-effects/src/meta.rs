@@ -1,7 +1,6 @@
-//! `meta.json` of the log format docking-rig-log/1: the model that the user believes in.
+//! `meta.json` of the log format docking-rig-log/1: the nominal model of the user.
 //!
-//! The true plant is a second value of the same type: exact in most cases, off by the declared
-//! tolerances in some.
+//! The true plant is a second value of the same type: equal in most cases, different within the declared tolerances in some.
 
 use std::collections::BTreeMap;
 
@@ -36,7 +35,7 @@ pub(crate) struct Meta {
     pub(crate) actuator: ActuatorModel,
     /// Data-sheet noise.
     pub(crate) noise_sigma: NoiseSigma,
-    /// One sigma of nominal parameters, by dotted path; absent = exact.
+    /// Standard deviation of nominal parameters, by dotted path; absent = exact.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) tolerance: Option<BTreeMap<String, Tolerance>>,
     /// File names of the two logs.
@@ -46,22 +45,22 @@ pub(crate) struct Meta {
 /// Simulated spacecraft.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Spacecraft {
-    /// kg.
+    /// Mass, kg.
     pub(crate) mass_kg: f64,
-    /// About the origin of M, kg m².
+    /// Inertia about the origin of M, kg m².
     pub inertia_kg_m2: [[f64; 3]; 3],
 }
 
 /// Tool behind the sensor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Tool {
-    /// kg.
+    /// Mass, kg.
     pub(crate) mass_kg: f64,
-    /// Centre of mass from the sensor origin, m.
+    /// Centre of mass relative to the sensor's origin, m.
     pub(crate) com_m: [f64; 3],
-    /// About the centre of mass, kg m².
+    /// Inertia about the centre of mass, kg m².
     pub inertia_kg_m2: [[f64; 3]; 3],
-    /// The nominal wrench model contains the tool's inertial wrench.
+    /// Whether the nominal wrench model contains the tool's inertial wrench.
     pub(crate) dynamic_compensation: bool,
 }
 
@@ -70,10 +69,10 @@ pub(crate) struct Tool {
 pub(crate) struct FtSensor {
     /// Zero-load reading, N (3x), Nm (3x).
     pub(crate) bias: [f64; 6],
-    /// N.
+    /// Range of the forces, N.
     #[serde(rename = "range_force_N")]
     pub(crate) range_force_n: f64,
-    /// Nm.
+    /// Range of the torques, Nm.
     #[serde(rename = "range_torque_Nm")]
     pub(crate) range_torque_nm: f64,
 }
@@ -107,7 +106,7 @@ pub(crate) struct Contact {
     /// Guide damping along y and z, N s/m.
     #[serde(rename = "c_t_Ns_m")]
     pub(crate) c_t: f64,
-    /// Penetration at which the wall damping is fully there, m.
+    /// Penetration at which the wall damping is complete, m.
     pub(crate) delta_c_m: f64,
     /// Front wall, world x of the tip, m.
     pub(crate) x_front_m: f64,
@@ -118,28 +117,28 @@ pub(crate) struct Contact {
 /// Transport delay, then a first-order lag.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ActuatorModel {
-    /// s.
+    /// Transport delay, s.
     pub(crate) transport_delay_s: f64,
-    /// s.
+    /// Time constant of the lag, s.
     pub(crate) lag_time_constant_s: f64,
 }
 
-/// Data-sheet noise, one sigma.
+/// Data-sheet noise, standard deviations.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct NoiseSigma {
-    /// N.
+    /// Of forces, N.
     #[serde(rename = "force_N")]
     pub(crate) force_n: f64,
-    /// Nm.
+    /// Of torques, Nm.
     #[serde(rename = "torque_Nm")]
     pub(crate) torque_nm: f64,
-    /// m/s.
+    /// Of linear velocities, m/s.
     pub(crate) velocity_m_s: f64,
-    /// rad/s.
+    /// Of angular velocities, rad/s.
     pub(crate) rate_rad_s: f64,
-    /// m.
+    /// Of positions, m.
     pub(crate) position_m: f64,
-    /// rad.
+    /// Of angles, rad.
     pub(crate) angle_rad: f64,
 }
 
@@ -155,7 +154,7 @@ impl NoiseSigma {
     };
 }
 
-/// One sigma of a scalar or of a six-vector.
+/// Standard deviation of a scalar or of a six-vector.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, try_from = "serde_json::Value")]
 pub(crate) enum Tolerance {
@@ -165,7 +164,7 @@ pub(crate) enum Tolerance {
     Six([f64; 6]),
 }
 
-/// By hand: serde's untagged enums cannot read the numbers of a serde_json that keeps their digits.
+/// Written by hand: serde's untagged enums cannot read numbers if serde_json keeps all of their digits.
 impl TryFrom<serde_json::Value> for Tolerance {
     type Error = &'static str;
 
@@ -217,7 +216,7 @@ impl Meta {
 }
 
 impl Tool {
-    /// Weight in S: `[m g; com x m g]`, `gravity` already rotated into the body.
+    /// Weight in S: `[m g; com x m g]`, with `gravity` in axes of the body.
     pub(crate) fn weight(&self, gravity: &Vector3<f64>) -> Vector6<f64> {
         let force = gravity * self.mass_kg;
         stack(&force, &Vector3::from(self.com_m).cross(&force))

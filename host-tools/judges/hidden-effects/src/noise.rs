@@ -15,7 +15,7 @@ pub(crate) struct Noise {
 }
 
 impl Noise {
-    /// Streams of one seed are independent: what one source draws never shifts another.
+    /// Streams of one seed are independent: draws from one do not change another.
     pub(crate) fn new(seed: u64, stream: u64) -> Self {
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
         generator.set_stream(stream);
@@ -77,20 +77,20 @@ impl Noise {
     }
 }
 
-/// How the real noise differs from the data sheet.
+/// Difference between the real noise and the data sheet.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct NoiseCharacter {
-    /// Real over data-sheet sigma of the wrench.
+    /// Real sigma of the wrench divided by that of the data sheet.
     pub(crate) wrench_factor: f64,
-    /// Real over data-sheet sigma of velocity and pose.
+    /// Real sigma of velocity and pose divided by that of the data sheet.
     pub(crate) motion_factor: f64,
     /// Coefficient of the first-order autoregression of the wrench noise, 0 = white.
     pub(crate) ar_coefficient: f64,
-    /// The same of the velocity noise.
+    /// Coefficient of the first-order autoregression of the velocity noise, 0 = white.
     pub(crate) motion_ar_coefficient: f64,
 }
 
-/// How far the noise of a case may be from the data sheet.
+/// Range of the noise of a case, relative to the data sheet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NoiseRange {
@@ -99,8 +99,8 @@ pub enum NoiseRange {
     Usual,
     /// All logs: up to 1.6 times as large, the wrench autoregressive.
     Wide,
-    /// The same, and the velocity autoregressive: the model multiplies its difference by the mass of
-    /// the tool, so the residuals of both channels have the same noise.
+    /// As `Wide`, with the velocity autoregressive too. The model multiplies the difference of the velocity by the mass of
+    /// the tool, so the residuals of both channels contain the same noise.
     ColouredVelocity,
 }
 
@@ -113,7 +113,7 @@ impl NoiseCharacter {
         motion_ar_coefficient: 0.0,
     };
 
-    /// Draws the noise of both logs of a case.
+    /// Draws the character of the noise for both logs of a case.
     pub(crate) fn draw(range: NoiseRange, noise: &mut Noise) -> Self {
         match range {
             NoiseRange::Usual => Self::usual(noise),
@@ -158,17 +158,17 @@ impl NoiseCharacter {
 /// Noise of one tick.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Disturbance {
-    /// N (3x), Nm (3x).
+    /// Noise of the wrench, N (3x), Nm (3x).
     pub(crate) wrench: Vector6<f64>,
-    /// m/s (3x), rad/s (3x).
+    /// Noise of the velocity, m/s (3x), rad/s (3x).
     pub(crate) twist: Vector6<f64>,
-    /// m.
+    /// Noise of the position, m.
     pub(crate) position: Vector3<f64>,
-    /// rad, rotation vector in the body.
+    /// Noise of the orientation, rad, a rotation vector in the body.
     pub(crate) angle: Vector3<f64>,
 }
 
-/// Source of the measurement noise: the same draws for a log and its reference run.
+/// Source of the measurement noise. A log and its reference run get the same draws.
 #[derive(Clone, Debug)]
 pub(crate) struct MeasurementNoise {
     stream: Noise,
@@ -179,7 +179,7 @@ pub(crate) struct MeasurementNoise {
 }
 
 impl MeasurementNoise {
-    /// Starts in the stationary state of the wrench's autoregression.
+    /// Begins in the stationary state of the wrench's autoregression.
     pub(crate) fn new(seed: u64, character: NoiseCharacter, sigma: NoiseSigma) -> Self {
         let mut stream = Noise::new(seed, 1);
         let wrench = stream.normal6();
@@ -192,7 +192,7 @@ impl MeasurementNoise {
         }
     }
 
-    /// Draws one tick.
+    /// Draws the noise of one tick.
     pub(crate) fn tick(&mut self) -> Disturbance {
         let (sigma, character) = (self.sigma, self.character);
         self.wrench = coloured(self.wrench, character.ar_coefficient, &mut self.stream);

@@ -9,19 +9,19 @@ use crate::body::Dynamics;
 use crate::log::{Row, from_csv};
 use crate::meta::{ActuatorModel, Contact, Meta, NoiseSigma, angular, linear, stack};
 
-/// Sigma of the rig-model channel, m/s and rad/s: the computer's own rounding.
+/// Sigma of the rig-model channel, m/s and rad/s: rounding in the rig computer.
 const MODEL_SIGMA: f64 = 2e-7;
 
-/// Normalised residuals [A, B, C, K] of a log's text under the model of a `meta.json`.
+/// Normalised residuals z of [A, B, C, K] for the text of a log under the model of a `meta.json`.
 ///
 /// # Errors
-/// Names the line or the field that could not be read.
+/// The line or the field that cannot be read.
 pub fn normalised(meta_json: &str, csv: &str) -> Result<[f64; 4], String> {
     let meta: Meta = serde_json::from_str(meta_json).map_err(|e| format!("meta.json: {e}"))?;
     Ok(z(&meta, &from_csv(csv)?))
 }
 
-/// Normalised residuals [A, B, C, K].
+/// Normalised residuals z of [A, B, C, K].
 pub(crate) fn z(meta: &Meta, rows: &[Row]) -> [f64; 4] {
     let sigma = &meta.noise_sigma;
     let executed = nominal_execution(&meta.actuator, meta.sample_time_s, rows);
@@ -49,7 +49,7 @@ pub(crate) fn z(meta: &Meta, rows: &[Row]) -> [f64; 4] {
     sums.map(|mean| mean.root())
 }
 
-/// Sigma of velocity and of wrench on one axis.
+/// Standard deviations of velocity and of wrench on one axis.
 fn scales(sigma: &NoiseSigma, axis: usize) -> (f64, f64) {
     if axis < 3 {
         (sigma.velocity_m_s, sigma.force_n)
@@ -75,11 +75,11 @@ impl Mean {
     }
 }
 
-/// `y(n) = e y(n-1) + (1-e) v_cmd(n-1-d)`, `e = exp(-Ts/T)`. A fractional `d = k + f` holds the
-/// older command for the first `f Ts` of the tick and the younger one for the rest.
+/// `y(n) = e y(n-1) + (1-e) v_cmd(n-1-d)`, `e = exp(-Ts/T)`. With a fractional `d = k + f` the older command acts for the
+/// first `f Ts` of the tick and the younger one for the rest.
 fn nominal_execution(model: &ActuatorModel, ts: f64, rows: &[Row]) -> Vec<Vector6<f64>> {
     let d = model.transport_delay_s / ts;
-    // A delay meant as whole samples must not fall to the sample below by rounding.
+    // Rounding must not reduce a delay of whole samples by one.
     let whole = (d + 1e-9).floor();
     let fraction = (d - whole).max(0.0);
     let older = (-fraction * ts / model.lag_time_constant_s).exp();
@@ -152,7 +152,7 @@ fn contact_force(contact: &Contact, tip: &Vector3<f64>, velocity: &Vector3<f64>)
     )
 }
 
-/// `v_model(n) - v_model(n-1) - Ts/2 (A(n) + A(n-1))` behind the second row of mode 1.
+/// `v_model(n) - v_model(n-1) - Ts/2 (A(n) + A(n-1))` after the second row of mode 1; else zero.
 fn model_residual(meta: &Meta, dynamics: &Dynamics, rows: &[Row], n: usize) -> Vector6<f64> {
     if n < 2 || !rows[n - 2].in_loop {
         return Vector6::zeros();

@@ -10,11 +10,11 @@ use crate::meta::{
 };
 use crate::noise::Noise;
 
-/// Growth of the contact speed per contact is kept below `exp(pi/2 * GROWTH)`, about 1.14.
+/// Limits the factor by which the contact speed grows per contact to `exp(pi/2 * GROWTH)`, about 1.14.
 const GROWTH: f64 = 0.085;
 
-/// Draws a nominal model; `light_tool` allows a tool of some grams. Its inertia is in the model like
-/// that of a heavy one: left out, it would be an effect that nobody has hidden.
+/// Draws a nominal model; `light_tool` allows a tool of some grams. The model contains the inertia of a light tool too:
+/// without it, that would be an effect that nobody has hidden.
 pub(crate) fn draw(case: &str, light_tool: bool, noise: &mut Noise) -> Meta {
     let sample_time_s = match noise.below(10) {
         0 => 0.002,
@@ -82,7 +82,7 @@ fn contact(tip_m: f64, free: bool, noise: &mut Noise) -> Contact {
     let k_n = (noise.between(9.0, 22.0) * 1e3).round();
     let gap = rounded(noise.between(0.014, 0.021), 4);
     let k_t = (k_n * noise.between(0.08, 0.12)).round();
-    // Damping over stiffness, s: a free body needs some, a sliding carriage may have none.
+    // Damping over stiffness, s: a free body needs some damping, a sliding carriage may have none.
     let ratio = if free || noise.chance(0.3) {
         noise.between(0.02, 0.035)
     } else {
@@ -100,7 +100,7 @@ fn contact(tip_m: f64, free: bool, noise: &mut Noise) -> Contact {
     }
 }
 
-/// Whole samples of delay, because a fraction has no agreed meaning in the sampled model.
+/// The robot. Its delay is a whole number of samples, as a fraction has no unambiguous meaning in the sampled model.
 fn actuator(sample_time_s: f64, noise: &mut Noise) -> ActuatorModel {
     let samples = (noise.between(0.004, 0.020) / sample_time_s)
         .round()
@@ -111,11 +111,10 @@ fn actuator(sample_time_s: f64, noise: &mut Noise) -> ActuatorModel {
     }
 }
 
-/// Fits the walls to what the robot can do. A robot that cannot follow a bounce loses the loop:
-/// the walls are softened until a contact at 0.12 m/s, `v W` with `W = sqrt(k/m)`, stays below
-/// its acceleration limit. Then the wall damping is raised until the loop's delay cannot blow the motion up: with damping
-/// ratio `c/k` and total delay `tau` a contact multiplies the speed by about
-/// `exp(pi/2 W (tau - c/k))`, `W = sqrt(k/m)`.
+/// Adapts the walls to the robot. A robot that cannot follow a bounce makes the loop unstable. So the walls are softened
+/// until the acceleration of a contact at 0.12 m/s, `v W` with `W = sqrt(k/m)`, stays below the robot's limit. Then the wall
+/// damping is raised until the delay of the loop cannot make the motion grow: with the ratio `c/k` and the total delay `tau`
+/// a contact multiplies the speed by about `exp(pi/2 W (tau - c/k))`.
 pub(crate) fn settle(meta: &mut Meta, effects: &[Effect]) {
     for effect in effects {
         if let Effect::Actuator(ActuatorEffect::RateLimit { linear, place, .. }) = effect {
@@ -136,20 +135,20 @@ pub(crate) fn settle(meta: &mut Meta, effects: &[Effect]) {
         (stiffness * (tau - GROWTH / frequency)).max(0.0)
     };
     let contact = &meta.contact;
-    // The ramp of the damping takes away a part of it: a third more.
+    // The ramp of the damping reduces its effect: a third more is needed.
     let (c_n, c_t) = (1.3 * needed(contact.k_n), needed(contact.k_t));
     meta.contact.c_n = rounded(contact.c_n.max(c_n), 3);
     let free = meta.dof_mask[1] == 1;
     meta.contact.c_t = rounded(meta.contact.c_t.max(if free { c_t } else { 0.0 }), 3);
 }
 
-/// Steepest over mean slope of a lag that follows a staircase: `x / (1 - exp(-x))`, `x = Ts/T`.
+/// Largest over mean slope of a lag that follows a staircase: `x / (1 - exp(-x))`, `x = Ts/T`.
 fn staircase(meta: &Meta) -> f64 {
     let x = meta.sample_time_s / meta.actuator.lag_time_constant_s;
     x / (1.0 - (-x).exp())
 }
 
-/// Delay that an effect adds to the loop, s, roughly.
+/// Approximate delay that an effect adds to the loop, s.
 fn phase_lag_s(effect: &Effect) -> f64 {
     match effect {
         Effect::Actuator(inner) => match inner {
@@ -158,13 +157,13 @@ fn phase_lag_s(effect: &Effect) -> f64 {
             ActuatorEffect::RateLimit { .. } | ActuatorEffect::Resonance { .. } => 0.004,
             ActuatorEffect::Saturation { .. } => 0.03,
         },
-        // A stiffer wall bounces faster than sqrt(k/m).
+        // A cubic stiffness bounces faster than sqrt(k/m).
         Effect::Load(LoadEffect::Cubic { .. }) => 0.008,
         _ => 0.0,
     }
 }
 
-/// Draws the true plant within tolerances of the nominal one and declares them there.
+/// Draws the true plant within tolerances of the nominal one, and declares these tolerances in the nominal one.
 pub(crate) fn draw_tolerance(nominal: &mut Meta, noise: &mut Noise) -> Meta {
     let stiffness = 0.003 * nominal.contact.k_n;
     let delay = noise.between(5e-5, 1e-4);
@@ -205,7 +204,7 @@ fn diagonal(values: [f64; 3], scale: f64) -> [[f64; 3]; 3] {
     })
 }
 
-/// Rounded to decimals: a model file holds what a user would type.
+/// Rounds to decimals: a model file contains numbers as a user would type them.
 fn rounded(value: f64, decimals: i32) -> f64 {
     let scale = 10.0_f64.powi(decimals);
     (value * scale).round() / scale

@@ -1,4 +1,4 @@
-//! Scores of a tool's answers, as the log format defines them.
+//! Scores of a tool's answers, as defined by the log format.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 use crate::truth::{Channels, Level, Truth, Verdict};
 
-/// What a tool says about one case.
+/// A tool's answer to one case.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Answer {
     /// Verdict.
@@ -33,7 +33,7 @@ fn by_channel<'de, D: serde::Deserializer<'de>>(from: D) -> Result<[f64; 4], D::
 /// Reads an answer file: an object with one [`Answer`] per case.
 ///
 /// # Errors
-/// The place in the text and what was expected there.
+/// The position in the text, and what was expected there.
 pub fn parse_answers(text: &str) -> Result<BTreeMap<String, Answer>, serde_json::Error> {
     serde_json::from_str(text)
 }
@@ -71,15 +71,15 @@ pub struct Scores {
     pub small_top1: Rate,
     /// An effect in one log only, and the logs were said to disagree.
     pub logs_disagree: Rate,
-    /// Nothing hidden, and said so.
+    /// Nothing hidden, and the verdict says so.
     pub null_clean: Rate,
-    /// Outside the catalogue, and said so.
+    /// An effect outside the catalogue, and the verdict says so.
     pub outside_unexplained: Rate,
     /// Right verdict, and if named the set of ids is exactly the truth.
     pub rank_all_correct: Rate,
-    /// Percentage of the removable error that is gone on the test log, one per case, ascending.
+    /// Percentage of the removable error that is removed on the test log, one per case, ascending.
     pub error_drop_percent: Vec<f64>,
-    /// Times, ascending, s.
+    /// Durations of the diagnoses, ascending, s.
     pub seconds: Vec<f64>,
 }
 
@@ -123,19 +123,19 @@ impl Scores {
         }
     }
 
-    /// Middle drop, %.
+    /// Median of the drops, %.
     #[must_use]
     pub fn median_drop_percent(&self) -> Option<f64> {
         quantile(&self.error_drop_percent, 0.5)
     }
 
-    /// Worst drop, %.
+    /// Smallest drop, %.
     #[must_use]
     pub fn min_drop_percent(&self) -> Option<f64> {
         self.error_drop_percent.first().copied()
     }
 
-    /// Cases in which at least 90 % of the removable error is gone.
+    /// Number of cases in which at least 90 % of the removable error is removed.
     #[must_use]
     pub fn drop_of_90_percent(&self) -> Rate {
         let good = self.error_drop_percent.iter().filter(|d| **d >= 90.0);
@@ -145,7 +145,7 @@ impl Scores {
         }
     }
 
-    /// Time that this share of the diagnoses is done within, s.
+    /// Time within which this share of the diagnoses is done, s.
     #[must_use]
     pub fn seconds_of(&self, share: f64) -> Option<f64> {
         quantile(&self.seconds, share)
@@ -162,9 +162,8 @@ pub fn score(truths: &BTreeMap<String, Truth>, answers: &BTreeMap<String, Answer
     scores
 }
 
-/// `100 (E(nominal) - E(answer)) / (E(nominal) - E(oracle))`, `E = sqrt(sum of z²)`; only where
-/// the effect was named, should be, and can be seen (denominator > 0.02). An answer without
-/// residuals has removed nothing.
+/// `100 (E(nominal) - E(answer)) / (E(nominal) - E(oracle))`, `E = sqrt(sum of z²)`. None unless the effect was named, should
+/// be named, and can be seen (denominator > 0.02). An answer without residuals counts as 0.
 #[must_use]
 pub fn error_drop_percent(truth: &Truth, answer: &Answer) -> Option<f64> {
     let error = |z: &[f64; 4]| z.iter().map(|v| v * v).sum::<f64>().sqrt();
@@ -179,13 +178,13 @@ pub fn error_drop_percent(truth: &Truth, answer: &Answer) -> Option<f64> {
     Some(if drop.is_finite() { drop } else { 0.0 })
 }
 
-/// Keeps an ascending list ascending.
+/// Inserts a value into an ascending list.
 fn insert(sorted: &mut Vec<f64>, value: f64) {
     let at = sorted.partition_point(|v| v.total_cmp(&value).is_lt());
     sorted.insert(at, value);
 }
 
-/// Quantile of ascending values, between two of them by linear interpolation.
+/// Quantile of ascending values, with linear interpolation; None without values.
 #[must_use]
 pub fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
     let last = sorted.len().checked_sub(1)?;

@@ -1,4 +1,4 @@
-//! From the wrench on the sensor to the printed reading, and the effects hidden in between.
+//! From the wrench on the sensor to the recorded reading, and the effects hidden in between.
 
 use core::f64::consts::TAU;
 
@@ -6,7 +6,7 @@ use nalgebra::{Matrix6, Vector6};
 
 use crate::noise::Noise;
 
-/// Time course of a drifting zero.
+/// Time course of a drift of the zero.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum DriftShape {
     /// `1 - exp(-t/tau)`, s.
@@ -15,7 +15,7 @@ pub(crate) enum DriftShape {
     Ramp(f64),
 }
 
-/// What the sensor does to the wrench. N (3x), Nm (3x), s, Hz.
+/// An effect of the sensor on the reading. N (3x), Nm (3x), s, Hz.
 #[derive(Clone, Debug)]
 pub(crate) enum SensorEffect {
     /// `ft_scale`: gain per component.
@@ -34,14 +34,14 @@ pub(crate) enum SensorEffect {
     Quantisation { force: f64, torque: f64, down: bool },
     /// `ft_dropout`: with a probability per tick the last reading is repeated for `run` ticks.
     DropOut { probability: f64, run: usize },
-    /// Outside: one component jumps with the time constant `rise`.
+    /// Outside the catalogue: a step of one component with the time constant `rise`.
     TemperatureStep {
         axis: usize,
         size: f64,
         at: f64,
         rise: f64,
     },
-    /// Outside: the zero walks, sigma per sqrt(s).
+    /// Outside the catalogue: random walk of the zero, sigma per sqrt(s).
     RandomWalk { per_root_second: Vector6<f64> },
     /// Outside: one frequency on every component.
     Hum {
@@ -51,7 +51,7 @@ pub(crate) enum SensorEffect {
     },
 }
 
-/// Sensor with its memory.
+/// The sensor with its state.
 #[derive(Clone, Debug)]
 pub(crate) struct Sensor<'a> {
     bias: Vector6<f64>,
@@ -64,7 +64,7 @@ pub(crate) struct Sensor<'a> {
 }
 
 impl<'a> Sensor<'a> {
-    /// `seed` feeds the random parts of the effects only.
+    /// `seed` is used for the random parts of the effects only.
     pub(crate) fn new(bias: Vector6<f64>, effects: Vec<&'a SensorEffect>, seed: u64) -> Self {
         Self {
             bias,
@@ -113,7 +113,7 @@ impl<'a> Sensor<'a> {
         value
     }
 
-    /// Gain and cross-talk, before or behind the bias.
+    /// Applies gain and cross-talk, before or after the bias is added.
     fn couple(&self, wrench: Vector6<f64>) -> Vector6<f64> {
         let mut matrix = Matrix6::identity();
         let mut biased = false;

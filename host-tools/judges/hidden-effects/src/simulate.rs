@@ -12,33 +12,33 @@ use crate::meta::{Meta, angular, linear};
 use crate::noise::{Disturbance, MeasurementNoise, Noise, NoiseCharacter};
 use crate::sensor::{Sensor, SensorEffect};
 
-/// Everything that one run needs.
+/// Settings of one run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Run<'a> {
-    /// What the rig computer believes (compensation, spacecraft).
+    /// Model of the rig computer (compensation, spacecraft).
     pub(crate) nominal: &'a Meta,
-    /// What is there.
+    /// The true plant.
     pub(crate) plant: &'a Meta,
     /// Hidden effects.
     pub(crate) effects: &'a [Effect],
     /// Commands of the first rows.
     pub(crate) jog: &'a Jog,
-    /// Rows of the log.
+    /// Number of rows of the log.
     pub(crate) rows: usize,
     /// Real noise.
     pub(crate) character: NoiseCharacter,
-    /// Seed of noise, jitter, drop-outs: the same in the reference run.
+    /// Seed of noise, jitter and drop-outs; the reference run has the same.
     pub(crate) seed: u64,
 }
 
-/// Pose.
+/// Pose of M.
 struct Motion {
     position: Vector3<f64>,
     rotation: UnitQuaternion<f64>,
 }
 
 impl Motion {
-    /// Trapezoidal in position, midpoint rate in rotation.
+    /// Advances by a step: trapezoidal rule for the position, mean rate for the rotation.
     fn step(&mut self, h: f64, before: &Vector6<f64>, after: &Vector6<f64>) {
         let mean = (before + after) * 0.5;
         self.position += linear(&mean) * h;
@@ -50,7 +50,7 @@ impl Motion {
 }
 
 impl Run<'_> {
-    /// Runs the rig. Order inside a tick: measure, model, command.
+    /// Runs the rig and returns its log. Order within a tick: measure, model, command.
     pub(crate) fn log(&self) -> Vec<Row> {
         let plant = self.true_plant();
         let mut side = PhysicalPlant::new(self, &plant);
@@ -123,8 +123,8 @@ impl Run<'_> {
         Body::new(self.nominal, ratio, resistance, handover)
     }
 
-    /// Real instants of the ticks, s. Jitter either displaces every instant by itself or
-    /// changes every interval (their sum then walks).
+    /// True instants of the ticks, s. Jitter either displaces each instant independently, or changes each interval, so that
+    /// the instants perform a random walk.
     fn instants(&self) -> Vec<f64> {
         let ts = self.nominal.sample_time_s;
         let jitter = self.effects.iter().find_map(|effect| match effect {
@@ -151,7 +151,7 @@ impl Run<'_> {
                     };
                     walk = if intervals { walk } else { 0.0 } + sigma_s * unit;
                     t += walk;
-                    // Ticks keep their order and the computer its minimum time.
+                    // Ticks keep their order, and the computer gets a minimum time.
                     let kept = t.max(last + 0.15 * ts);
                     walk += kept - t;
                     t = kept;
@@ -171,7 +171,7 @@ struct PhysicalPlant<'a> {
     sensor: Sensor<'a>,
     motion: Motion,
     last_twist: Vector6<f64>,
-    /// Instant of the last measurement, s; none before the first.
+    /// Instant of the last measurement, s; None before the first.
     last_s: Option<f64>,
 }
 
@@ -191,8 +191,8 @@ impl<'a> PhysicalPlant<'a> {
         }
     }
 
-    /// Moves to the instant `t_s` and measures there. The inertial load is a velocity
-    /// difference over the last period, as the format defines it.
+    /// Advances to `t_s` and measures there. The inertial load uses the velocity difference over the last period, as defined
+    /// by the format.
     fn measure(&mut self, t_s: f64, noise: &Disturbance) -> Row {
         self.advance(t_s);
         let twist = self.actuator.velocity();

@@ -1,7 +1,7 @@
 //! Draws one effect of a given size.
 //!
-//! Size 1 leaves an excess of about 0.4 to 3 N rms in the wrench, or 0.2 to 3 mm/s rms in the
-//! executed velocity; smaller and larger sizes scale the parameter that governs the excess.
+//! Size 1 leaves a residual of about 0.4 to 3 N rms in the wrench, or 0.2 to 3 mm/s rms in the executed velocity. Other sizes
+//! scale the parameter that determines the residual.
 //! Details that a catalogue cannot know (smoothing, trigger, place, shape) are drawn at random.
 
 use nalgebra::{Vector3, Vector6};
@@ -18,7 +18,7 @@ use crate::sensor::{DriftShape, SensorEffect};
 /// Change of the executed jog velocity by a limit of size 1, sigma rms.
 const LIMIT_Z: f64 = 8.0;
 
-/// What the sizes depend on.
+/// Quantities on which the sizes depend.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scene<'a> {
     /// Nominal model.
@@ -65,7 +65,7 @@ fn actuator(id: &str, size: f64, scene: &Scene<'_>, noise: &mut Noise) -> Option
             ActuatorEffect::Pause {
                 pause_s,
                 trigger: place,
-                // A short gate without a reset can fall between two samples and leave no trace.
+                // Without a reset a short gate can fall between two samples and leave no trace.
                 reset: reset || pause_s < 2.0 * scene.meta.sample_time_s,
             }
         }
@@ -117,7 +117,7 @@ fn guide(id: &str, size: f64, noise: &mut Noise) -> Option<LoadEffect> {
 }
 
 fn contact(id: &str, size: f64, meta: &Meta, noise: &mut Noise) -> Option<LoadEffect> {
-    // Penetration of a contact at 0.03 m/s.
+    // Penetration at a contact speed of 0.03 m/s.
     let depth = 0.03 * contact_time_s(meta);
     let weight = noise.between(0.8, 1.5) * size;
     Some(match id {
@@ -160,7 +160,7 @@ fn sensor(id: &str, size: f64, meta: &Meta, noise: &mut Noise) -> Option<SensorE
                 if i < 3 { part } else { 0.06 * part }
             });
             SensorEffect::Drift {
-                // A ramp of 20 s is at its half when the log ends.
+                // A ramp of 20 s has reached half when the log ends.
                 last: if let DriftShape::Ramp(_) = time {
                     last * 2.0
                 } else {
@@ -190,7 +190,7 @@ fn sensor(id: &str, size: f64, meta: &Meta, noise: &mut Noise) -> Option<SensorE
     })
 }
 
-/// One gain for all six, for the forces only, or a little different for each.
+/// One gain for all six components, for the forces only, or slightly different for each.
 fn gain(error: f64, noise: &mut Noise) -> Vector6<f64> {
     let kind = noise.below(3);
     Vector6::from_fn(|i, _| match kind {
@@ -201,7 +201,7 @@ fn gain(error: f64, noise: &mut Noise) -> Vector6<f64> {
     })
 }
 
-/// Three to six entries, at least two of them fed by the contact force.
+/// Draws three to six entries, at least two of them driven by the contact force.
 fn entries(weight: f64, meta: &Meta, noise: &mut Noise) -> Vec<(usize, usize, f64)> {
     let count = 3 + noise.below(4);
     let free = meta.dof_mask[1] == 1;
@@ -217,7 +217,7 @@ fn entries(weight: f64, meta: &Meta, noise: &mut Noise) -> Vec<(usize, usize, f6
         if row == column || taken {
             continue;
         }
-        // Force into torque is a lever arm of some mm, torque into force its inverse.
+        // Force to torque is a lever arm of some mm; torque to force is its inverse.
         let unit = match (row < 3, column < 3) {
             (true, true) => 0.02,
             (false, true) => 0.0007,
@@ -237,7 +237,7 @@ fn other(id: &str, size: f64, meta: &Meta, noise: &mut Noise) -> Option<Effect> 
             delta_kg: 0.1 * weight * noise.sign(),
         },
         "tool_com_error" => {
-            // Nm per N of weight; a light tool has its centre of mass further off.
+            // Nm per N of weight; the centre of mass of a light tool is shifted further.
             let reach = (0.13 * weight / (9.81 * meta.tool.mass_kg)).min(0.02);
             let direction = noise.normal3();
             Effect::ToolCom {
@@ -264,12 +264,12 @@ fn other(id: &str, size: f64, meta: &Meta, noise: &mut Noise) -> Option<Effect> 
     })
 }
 
-/// `1/W = sqrt(m/k)`, s: a contact at the speed v goes `v/W` deep and decelerates with `v W`.
+/// `1/W = sqrt(m/k)`, s: a contact at the speed v has the depth `v/W` and the deceleration `v W`.
 fn contact_time_s(meta: &Meta) -> f64 {
     (meta.spacecraft.mass_kg / meta.contact.k_n).sqrt()
 }
 
-/// Mostly across gravity, where a shifted centre of mass shows.
+/// Reduces the component along gravity, as a shifted centre of mass shows across it.
 fn flat(direction: Vector3<f64>, meta: &Meta) -> Vector3<f64> {
     let down = meta.gravity().normalize();
     direction - down * (0.7 * direction.dot(&down))

@@ -1,14 +1,14 @@
 //! The size factor at which an effect leaves a wanted small share of the noise.
 
-/// Corrections of the factor; each takes two simulations.
+/// Largest number of corrections of the factor; each takes two simulations.
 const STEPS: usize = 6;
-/// Error of the share that is good enough.
+/// Accepted relative error of the share.
 const CLOSE: f64 = 0.1;
-/// Smallest factor: below, rounding decides.
+/// Smallest factor: below it, rounding dominates.
 const LEAST: f64 = 1e-3;
 
-/// Factor f with `excess(f)` within a tenth of `wanted`, as near as [`STEPS`] corrections come.
-/// The excess is about proportional to the factor, so the factor is corrected by their ratio.
+/// Factor f with `excess(f)` within a tenth of `wanted`, or as close as [`STEPS`] corrections come. The excess is about
+/// proportional to the factor, so the factor is corrected by their ratio.
 pub(crate) fn factor(wanted: f64, excess: impl Fn(f64) -> f64) -> f64 {
     let mut factor = wanted;
     for _ in 0..STEPS {

@@ -1,5 +1,4 @@
-//! Lists of cases: a mixed suite and a size sweep. Listing costs nothing; a case is simulated
-//! when it is asked for.
+//! Lists of cases: a mixed suite and a size sweep. A list contains only specifications; a case is simulated on demand.
 
 use crate::case::CaseSpec;
 use crate::effect::{IDS, OUTSIDE_IDS};
@@ -7,7 +6,7 @@ use crate::harder;
 use crate::noise::{Noise, NoiseRange};
 use crate::truth::Level;
 
-/// Pairs of effects that act apart or side by side, none of which hides the other.
+/// Pairs of effects none of which masks the other.
 const PAIRS: [[&str; 2]; 28] = [
     ["zero_cross_pause", "guide_viscous"],
     ["ft_crosstalk", "tool_com_error"],
@@ -56,7 +55,7 @@ const SWEPT: [&str; 13] = [
     "cable_stiffness",
 ];
 
-/// Single effects that are also tried within tolerances.
+/// Single effects that also occur with parameters within tolerances.
 const WITHIN_TOLERANCE: [&str; 17] = [
     "actuation_delay",
     "actuation_lag",
@@ -77,9 +76,9 @@ const WITHIN_TOLERANCE: [&str; 17] = [
     "cable_stiffness",
 ];
 
-/// The mixed suite: 125 single effects, 28 pairs, 24 exact nulls, 20 nulls and 17 singles within
-/// declared tolerances, 24 cases outside the catalogue, shuffled; behind them 12 triples, 24 cases
-/// with an effect in one log, 30 small effects. Sizes 0.7 to 3, small ones 0.1 to 0.33 of the noise.
+/// The mixed suite, shuffled: 125 single effects, 28 pairs, 24 exact nulls, 20 nulls and 17 singles within declared
+/// tolerances, 24 cases outside the catalogue. After these 12 triples, 24 cases with an effect in one log, 30 small effects.
+/// Sizes 0.7 to 3, small ones 0.1 to 0.33 of the noise.
 #[must_use]
 pub fn suite(seed: u64) -> Vec<CaseSpec> {
     let mut noise = Noise::new(seed, 10);
@@ -111,8 +110,8 @@ pub fn suite(seed: u64) -> Vec<CaseSpec> {
         .collect()
 }
 
-/// Logs with nothing hidden, one half with parameters that are off within declared tolerances, one
-/// third with each [`NoiseRange`].
+/// Logs with nothing hidden. Half of them have parameters that are off within declared tolerances; a third has each
+/// [`NoiseRange`].
 #[must_use]
 pub fn nothing_hidden(seed: u64, count: usize) -> Vec<CaseSpec> {
     let levels = [Level::Null, Level::NullWithinTolerance];
@@ -132,8 +131,8 @@ pub fn nothing_hidden(seed: u64, count: usize) -> Vec<CaseSpec> {
     (0..count).map(spec).collect()
 }
 
-/// Size of a case: several effects, changes between logs and cases outside the catalogue are never
-/// small, so that a miss is the tool's and not the data's.
+/// Size of a case. With several effects, changes between logs and effects outside the catalogue it is never small, so that a
+/// miss is due to the tool and not to the data.
 fn size(level: Level, effects: usize, noise: &mut Noise) -> f64 {
     let (low, high): (f64, f64) = match level {
         _ if effects == 0 => return 0.0,

@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 
 use crate::noise::NoiseRange;
 
-/// What a tool may say.
+/// The possible verdicts of a tool.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
@@ -42,9 +42,9 @@ pub enum Level {
     Outside,
     /// Three effects.
     Triple,
-    /// One effect that is there in one of the two logs only.
+    /// One effect that is in only one of the two logs.
     OneLog,
-    /// One effect that leaves a tenth to a third of the noise.
+    /// One effect whose residual is a tenth to a third of the noise.
     Small,
 }
 
@@ -59,10 +59,10 @@ pub struct Truth {
     pub expected: Verdict,
     /// Kind of the case.
     pub level: Level,
-    /// Size factor, 1 = an excess of about 0.4 to 3 N rms; of [`Level::Small`] the excess itself, in
-    /// multiples of the oracle's z; 0 when nothing is hidden or unknown.
+    /// Size factor; 1 leaves a residual of about 0.4 to 3 N rms. For [`Level::Small`] the residual itself, in multiples of
+    /// the oracle's z. 0 if nothing is hidden, or unknown.
     pub size: f64,
-    /// Its noise.
+    /// Noise of the case.
     pub noise: NoiseRange,
     /// z of [A, B, C, K] on the test log without the effect (same seed, same noise).
     pub z_oracle_test: [f64; 4],
@@ -70,7 +70,7 @@ pub struct Truth {
     pub z_nominal_test: [f64; 4],
 }
 
-/// Names that other sets have for effects of this one.
+/// Ids of effects in other sets, and the corresponding ids of this one.
 const ALIASES: [(&str, &str); 4] = [
     ("actuator_gain", "velocity_gain"),
     ("actuator_backlash", "backlash"),
@@ -78,13 +78,13 @@ const ALIASES: [(&str, &str); 4] = [
     ("contact_stiffness_error", "contact_stiffness"),
 ];
 
-/// The name that this set has for an effect.
+/// The id of this set for an effect.
 fn canonical(id: String) -> String {
     let known = ALIASES.iter().find(|(alias, _)| *alias == id);
     known.map_or(id, |(_, own)| (*own).to_owned())
 }
 
-/// Shape of one entry of `truth.json`; whatever else it holds is ignored.
+/// Content of one entry of `truth.json`; other keys are ignored.
 #[derive(Deserialize)]
 struct Entry {
     effects: Vec<String>,
@@ -130,7 +130,7 @@ impl From<[f64; 4]> for Channels {
 /// Reads a `truth.json`: an object with one entry per case.
 ///
 /// # Errors
-/// The place in the text and what was expected there.
+/// The position in the text, and what was expected there.
 pub fn parse_truth(text: &str) -> Result<BTreeMap<String, Truth>, serde_json::Error> {
     let entries: BTreeMap<String, Entry> = serde_json::from_str(text)?;
     let truth = |entry: Entry| Truth {
@@ -150,7 +150,7 @@ pub fn parse_truth(text: &str) -> Result<BTreeMap<String, Truth>, serde_json::Er
     Ok(entries.into_iter().map(|(k, v)| (k, truth(v))).collect())
 }
 
-/// Numbers under their names, arrays as `name_0`, `name_1`, ...; notes are left out.
+/// Numbers under their names, arrays as `name_0`, `name_1`, ...; texts are left out.
 fn flatten(values: BTreeMap<String, Value>) -> BTreeMap<String, f64> {
     let mut flat = BTreeMap::new();
     let mut open: Vec<(String, Value)> = values.into_iter().collect();

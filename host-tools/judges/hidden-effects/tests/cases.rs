@@ -98,7 +98,7 @@ fn nulls_leave_noise_only() {
         for channel in [A, K] {
             assert!((0.93..1.4).contains(&z[channel]), "{}: {z:?}", case.name);
         }
-        // Differentiated velocity noise times the tool adds to B, most of all at 2 ms.
+        // Differentiated velocity noise times the mass of the tool adds to B, most of all at 2 ms.
         assert!((0.97..2.7).contains(&z[B]), "{}: {z:?}", case.name);
         assert!(z[C] < 0.05, "{}: {z:?}", case.name);
     }
@@ -116,7 +116,7 @@ fn text_alone_gives_the_z_of_the_truth() {
                 "{z:?} {truth:?}"
             );
         }
-        // Seven decimals of the velocity: a floor of its own.
+        // The velocity has seven decimals, whose rounding is a floor.
         assert!(z[C] < 0.3 + truth[C], "{z:?} {truth:?}");
     }
 }
@@ -168,7 +168,7 @@ fn each_effect_raises_its_own_channel() {
 #[test]
 fn smaller_steps_of_the_sweep_leave_less() {
     for steps in size_sweep(2).chunks(4) {
-        // A fast structural mode rings at the steps of the held command.
+        // The steps of the held command excite a fast structural mode.
         if steps[0].effects() == ["structural_resonance"] {
             continue;
         }
@@ -238,7 +238,7 @@ fn a_small_effect_leaves_its_share_of_the_noise() {
             (z * z / (floor * floor) - 1.0).max(0.0).sqrt()
         };
         let most = share(A).max(share(B));
-        // Noise adds to the excess or takes from it.
+        // Noise may add to the residual or cancel a part of it.
         let ratio = most / spec.size();
         assert!(
             (0.5..1.6).contains(&ratio),

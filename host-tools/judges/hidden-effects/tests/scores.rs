@@ -46,7 +46,7 @@ fn rank_of_a_single_effect_counts() {
     for list in lists {
         scores.add(&single, Some(&answer(Verdict::Named, list, 1.0)));
     }
-    // The right id under the wrong verdict, and no answer at all.
+    // The right id with the wrong verdict, and no answer at all.
     scores.add(
         &single,
         Some(&answer(Verdict::Unexplained, &["guide_coulomb"], 1.0)),
@@ -203,7 +203,7 @@ fn own_truth_survives_the_file() {
         (read.level, read.expected),
         (case.truth.level, case.truth.expected)
     );
-    // The parser of numbers may lose the last bit.
+    // Reading a number may change its last bit.
     let close = |a: f64, b: f64| (a - b).abs() <= 1e-12 * b.abs();
     assert!(close(read.size, case.truth.size));
     let z = |t: &Truth| [t.z_nominal_test, t.z_oracle_test].concat();

@@ -1,17 +1,16 @@
-//! One axis, propagated in closed form from event to event: a command's arrival, a reversal, the
-//! end of a pause.
+//! One axis, propagated in closed form from event to event: the arrival of a command, a reversal, the end of a pause.
 
 use super::pipeline::Pipeline;
 use super::response::{Output, after};
 use super::{Actuator, Dynamics};
 
-/// A reversal is looked for in steps of this length, s. A servo that crosses zero twice within it
-/// is not seen to have reversed; at 10 Hz that would be a hundredth of a period.
+/// Step of the search for a reversal, s. If a servo crosses zero twice within a step, the reversal is missed; at 10 Hz a step
+/// is a hundredth of a period.
 const SEARCH_STEP_S: f64 = 1e-3;
-/// Halvings of such a step: to less than 1e-15 s.
+/// Bisections of such a step: to less than 1e-15 s.
 const HALVINGS: u32 = 40;
 
-/// Times closer than this are the same, s.
+/// Times closer than this count as equal, s.
 const SAME_TIME_S: f64 = 1e-10;
 
 /// State of an axis.
@@ -21,7 +20,7 @@ pub(super) struct ExactAxis {
     pause_s: f64,
     time_s: f64,
     position: f64,
-    /// Of the lag or the servo, whether the axis pauses or not.
+    /// Output of the lag or the servo, which goes on during a pause.
     output: Output,
     input: f64,
     /// Cycle of the command that arrives next.
@@ -47,8 +46,8 @@ impl ExactAxis {
         }
     }
 
-    /// Goes on to a time; answers position and velocity there. A command that arrives at that very
-    /// time acts after it.
+    /// Advances to a time and returns position and velocity there. A command that arrives exactly at that time acts after
+    /// it.
     pub(super) fn advance(&mut self, commands: &Pipeline, to_s: f64) -> (f64, f64) {
         while self.time_s < to_s {
             while commands.edge_s(self.next) < self.time_s + SAME_TIME_S {
@@ -78,7 +77,7 @@ impl ExactAxis {
         self.time_s < self.paused_until_s
     }
 
-    /// Notices a reversal at the present time.
+    /// Begins a pause if the axis reverses at the present time.
     fn turn(&mut self) {
         if self.dynamics == Dynamics::None {
             self.output.velocity = self.input;
@@ -87,7 +86,7 @@ impl ExactAxis {
             return;
         }
         let direction = self.output.velocity.signum();
-        // What turned once more within the pause goes on without another one.
+        // A reversal during the pause does not cause another pause.
         let just_paused = self.time_s == self.paused_until_s;
         if self.direction * direction < 0.0 && !just_paused && self.pause_s > 0.0 {
             self.paused_until_s = self.time_s + self.pause_s;
@@ -95,7 +94,7 @@ impl ExactAxis {
         self.direction = direction;
     }
 
-    /// Up to a time without arrivals in between, or to the reversal before it.
+    /// Advances to a time before which no command arrives, or to a reversal before it.
     fn glide(&mut self, stop_s: f64) {
         let mut dt_s = stop_s - self.time_s;
         let mut end_s = stop_s;
@@ -113,7 +112,7 @@ impl ExactAxis {
         self.time_s = end_s;
     }
 
-    /// Time from now to the first moment with the other direction, within `dt_s`.
+    /// Time from now to the first instant with the opposite direction, within `dt_s`; None if there is none.
     fn reversal(&self, dt_s: f64) -> Option<f64> {
         if self.dynamics == Dynamics::None || self.direction == 0.0 {
             return None;

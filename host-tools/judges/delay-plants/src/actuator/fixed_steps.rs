@@ -1,11 +1,11 @@
-//! One axis in fixed small steps: the second formulation, which shares no line with the first
-//! beyond the list of commands.
+//! One axis in small fixed steps: the second formulation, which shares no code with the first except for the list of
+//! commands.
 
 use super::pipeline::Pipeline;
 use super::{Actuator, Dynamics};
 use std::f64::consts::TAU;
 
-/// Steps of 0.02 ms in a cycle of 4 ms.
+/// Number of steps in a cycle: 0.02 ms each in a cycle of 4 ms.
 pub(super) const STEPS_PER_CYCLE: u32 = 200;
 
 /// State of an axis.
@@ -53,7 +53,7 @@ impl SteppedAxis {
         }
     }
 
-    /// One step; answers position and velocity at its end.
+    /// One step. Returns position and velocity at its end.
     pub(super) fn advance(&mut self, commands: &Pipeline) -> (f64, f64) {
         let middle_s = (self.steps as f64 + 0.5) * self.step_s;
         let input = input_at(commands, middle_s);
@@ -112,7 +112,7 @@ impl SteppedAxis {
     }
 }
 
-/// The command that is executed at a time.
+/// The delayed command that acts at a time.
 fn input_at(commands: &Pipeline, time_s: f64) -> f64 {
     let period_s = commands.edge_s(1) - commands.edge_s(0);
     let cycle = ((time_s - commands.edge_s(0)) / period_s).floor();

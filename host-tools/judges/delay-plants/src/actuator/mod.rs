@@ -1,8 +1,8 @@
-//! The robot's axes: from the velocity of each cycle to the executed motion.
+//! The robot's axes: from the commanded velocity of each cycle to the executed motion.
 //!
-//! An axis is a transport delay, then a first-order lag or a second-order servo, then a pause at
-//! each reversal: when the executed velocity changes its sign, the axis stands still for a while
-//! and then goes on with what the command is by then; the way is lost, not caught up.
+//! An axis is a transport delay, then a first-order lag or a second-order servo, then a pause at each reversal. When the
+//! executed velocity changes its sign, the axis stands still for a while and then goes on with what the dynamics give by
+//! then. The distance of the pause is lost, not made up for.
 
 mod exact;
 mod fixed_steps;
@@ -15,7 +15,7 @@ use exact::ExactAxis;
 use fixed_steps::SteppedAxis;
 use pipeline::Pipeline;
 
-/// What follows the transport delay.
+/// Dynamics after the transport delay.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Dynamics {
     /// Nothing: the delayed velocity is executed at once.
@@ -50,7 +50,7 @@ pub enum Formulation {
 pub struct Actuator {
     /// Transport delay from the beginning of a command's cycle, s.
     pub delay_s: f64,
-    /// What follows it.
+    /// Dynamics after the delay.
     pub dynamics: Dynamics,
     /// Standstill at each reversal, s.
     pub pause_s: f64,
@@ -58,23 +58,23 @@ pub struct Actuator {
     pub max_velocity: f64,
     /// Largest change of a command per second, m/s² and rad/s².
     pub max_acceleration: f64,
-    /// Whether each cycle's delay is off by one cycle either way, with a quarter of the chance each.
+    /// Whether the delay of each cycle is random: one cycle shorter or longer with a probability of a quarter each.
     pub jitter: bool,
-    /// Another transport delay from some time on.
+    /// A change of the transport delay during the run.
     pub delay_change: Option<DelayChange>,
 }
 
-/// A transport delay that is another one from a time on.
+/// A transport delay that changes at some time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DelayChange {
     /// Commands from this time on have the other delay, s.
     pub at_s: f64,
-    /// Cycles by which it is longer.
+    /// Number of cycles by which it becomes longer; negative for shorter.
     pub cycles: i8,
 }
 
 impl Actuator {
-    /// Executes at once what it is told.
+    /// A robot that executes each command at once.
     pub const fn ideal() -> Self {
         Self {
             delay_s: 0.0,
@@ -111,12 +111,12 @@ pub(crate) struct Robot {
     cycles: u64,
     axes: [(Pipeline, Axis); 6],
     jitter: Noise,
-    /// Times at which the motion is looked at within a cycle.
+    /// Number of times within a cycle at which the motion is evaluated.
     looks: u32,
 }
 
 impl Robot {
-    /// At rest at a position.
+    /// The robot at rest at a position.
     pub(crate) fn new(
         settings: &Actuator,
         formulation: Formulation,
@@ -146,7 +146,7 @@ impl Robot {
         }
     }
 
-    /// Executes one cycle; `look` gets the motion at many times of it, the last at its end.
+    /// Executes one cycle; `look` is called with the motion at many times of it, the last at its end.
     pub(crate) fn cycle(&mut self, command: Axes, mut look: impl FnMut(&Motion)) {
         let begin_s = self.cycles as f64 * self.cycle_s;
         let mut shift = if self.settings.jitter {
@@ -184,7 +184,7 @@ impl Robot {
 }
 
 impl Actuator {
-    /// A command after the last one, within the limits.
+    /// The command after `last`, limited in change and magnitude.
     fn limited(&self, last: f64, command: f64, cycle_s: f64) -> f64 {
         let change = self.max_acceleration * cycle_s;
         let near = command.clamp(last - change, last + change);

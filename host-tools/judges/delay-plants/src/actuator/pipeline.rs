@@ -1,12 +1,12 @@
-//! The commands of one axis on their way through the transport delay.
+//! The commands of one axis in its transport delay.
 
-/// All commands of a run, each held from its arrival to the next one's.
+/// All commands of a run; each is held from its arrival to the arrival of the next.
 #[derive(Clone, Debug)]
 pub(super) struct Pipeline {
     delay_s: f64,
     cycle_s: f64,
     commands: Vec<f64>,
-    /// Cycles by which the command that is read at an edge is newer than the one due.
+    /// Number of cycles by which the command read at an arrival is newer than the one due (jitter).
     shifts: Vec<i8>,
 }
 
@@ -20,7 +20,7 @@ impl Pipeline {
         }
     }
 
-    /// The command of the next cycle.
+    /// Appends the command of the next cycle, and its jitter.
     pub(super) fn push(&mut self, command: f64, shift: i8) {
         self.commands.push(command);
         self.shifts.push(shift);
@@ -31,13 +31,13 @@ impl Pipeline {
         self.commands.last().copied().unwrap_or(0.0)
     }
 
-    /// When the command of a cycle arrives, s.
+    /// Arrival of the command of a cycle, s.
     pub(super) fn edge_s(&self, cycle: usize) -> f64 {
         cycle as f64 * self.cycle_s + self.delay_s
     }
 
-    /// What is executed after the edge of a cycle. A command that is not there yet is replaced by
-    /// the newest one.
+    /// The command that acts after the arrival of a cycle. If jitter asks for a command that was not sent yet, it is the
+    /// newest one.
     pub(super) fn after_edge(&self, cycle: usize) -> f64 {
         let shift = self.shifts.get(cycle).copied().unwrap_or(0);
         let newest = self.commands.len() as i64 - 1;

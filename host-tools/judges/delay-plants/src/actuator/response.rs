@@ -1,4 +1,4 @@
-//! Closed-form answers of the lag and the servo to a constant input.
+//! Closed-form responses of lag and servo to a constant input.
 
 use super::Dynamics;
 use std::f64::consts::TAU;
@@ -10,7 +10,7 @@ pub(super) struct Output {
     pub(super) acceleration: f64,
 }
 
-/// The output after `dt_s` of a constant input, and the way it has made meanwhile.
+/// The output after `dt_s` of a constant input, and the distance covered meanwhile.
 pub(super) fn after(dynamics: Dynamics, from: Output, input: f64, dt_s: f64) -> (Output, f64) {
     match dynamics {
         Dynamics::None => (
@@ -87,7 +87,7 @@ mod tests {
         },
     ];
 
-    /// In one go or in two, the answer is the same.
+    /// One interval gives the same as two parts of it.
     #[test]
     fn two_parts_make_the_whole() {
         let from = Output {
@@ -106,7 +106,7 @@ mod tests {
         }
     }
 
-    /// The acceleration is the derivative of the velocity, and that of the way.
+    /// The acceleration is the derivative of the velocity, and the velocity that of the distance.
     #[test]
     fn derivatives_agree() {
         let from = Output {

@@ -1,6 +1,6 @@
 //! The docking mechanism: probes on the flange that touch surfaces of the laboratory.
 //!
-//! The force follows from where the robot truly is and how fast it truly moves.
+//! The force follows from the true pose and velocity of the robot.
 
 mod surface;
 
@@ -9,12 +9,12 @@ pub use surface::{Cone, ForceLaw, Surface, Touch, Wall};
 use crate::pose::RobotPose;
 use nalgebra::Vector3;
 
-/// What touches what.
+/// Probes and surfaces.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Contact {
     /// Points on the flange that can touch, m in M.
     pub probes: Vec<[f64; 3]>,
-    /// What they can touch.
+    /// Surfaces that the probes can touch.
     pub surfaces: Vec<Surface>,
 }
 
@@ -27,7 +27,7 @@ pub(crate) struct Load {
     pub(crate) torque: Vector3<f64>,
     /// Sum of the normal forces, N.
     pub(crate) normal_force: f64,
-    /// Deepest depth, m; negative: the distance to the nearest surface.
+    /// Largest depth, m; if negative, its magnitude is the distance to the nearest surface.
     pub(crate) depth: f64,
 }
 

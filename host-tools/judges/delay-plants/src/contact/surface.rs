@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 
-/// Slip velocity at which Coulomb friction has reached 0.7 of its full size, m/s: friction has no
-/// direction at rest, and this is a hundredth of the slowest approach.
+/// Slip velocity at which the smoothed Coulomb friction reaches 0.7 of its full value, m/s. Smoothing is needed as friction
+/// has no direction at rest; the value is a hundredth of the slowest approach.
 const SLIP_M_S: f64 = 1e-5;
 
 /// Normal force k depth^p + c (closing velocity), never pulling; Coulomb friction across.
@@ -26,7 +26,7 @@ pub struct Wall {
     pub point: [f64; 3],
     /// Unit normal, out of the wall.
     pub normal: [f64; 3],
-    /// Its force.
+    /// Force law of the wall.
     pub law: ForceLaw,
 }
 
@@ -39,7 +39,7 @@ pub struct Cone {
     pub axis: [f64; 3],
     /// Angle between axis and wall, rad.
     pub half_angle: f64,
-    /// Its force.
+    /// Force law of the cone.
     pub law: ForceLaw,
 }
 
@@ -64,7 +64,7 @@ pub struct Touch {
 }
 
 impl Wall {
-    /// Without damping and friction; stiffness in N/m.
+    /// A wall without damping and friction; stiffness in N/m.
     pub fn elastic(point: [f64; 3], normal: [f64; 3], stiffness: f64) -> Self {
         Self {
             point,
@@ -97,7 +97,7 @@ impl ForceLaw {
         }
     }
 
-    /// The force on a point at a depth, with the normal out of the surface.
+    /// The force on a point at a depth and with a velocity; `normal` points out of the surface.
     pub fn touch(&self, depth: f64, normal: &Vector3<f64>, velocity: &Vector3<f64>) -> Touch {
         let mut touch = Touch {
             depth,
@@ -118,7 +118,7 @@ impl ForceLaw {
 }
 
 impl Surface {
-    /// Force on a point of this velocity.
+    /// The touch of a point with this position and velocity.
     pub fn touch(&self, place: &Vector3<f64>, velocity: &Vector3<f64>) -> Touch {
         match self {
             Self::Wall(wall) => {
@@ -174,7 +174,7 @@ mod tests {
         }
     }
 
-    /// Friction is μ N against the slip; a separating damper does not pull.
+    /// Friction is μ N against the slip; a damper does not pull on separation.
     #[test]
     fn friction_and_release() {
         let law = ForceLaw {

@@ -29,12 +29,12 @@ pub struct Body {
     pub inertia_kg_m2: [f64; 3],
     /// Centre of mass, m.
     pub position_m: [f64; 3],
-    /// Its motion.
+    /// Velocity at the start.
     pub velocity: Twist,
 }
 
-/// The ideal test: K carries the probes, Q the surfaces. The surfaces are given where they stand
-/// at the start; both spacecraft begin with the laboratory's axes.
+/// The ideal test: K carries the probes, Q the surfaces. The surfaces are given at their initial positions; both spacecraft
+/// begin with the orientation of the laboratory.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FreeTest {
     /// The spacecraft that the robot stands for.
@@ -45,7 +45,7 @@ pub struct FreeTest {
     pub contact: Contact,
 }
 
-/// How the ideal test ends.
+/// Result of the ideal test.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
     /// Motion of K at the end.
@@ -80,7 +80,7 @@ impl State {
         UnitQuaternion::from_quaternion(self.rotation).to_rotation_matrix()
     }
 
-    /// This state plus `h` times a rate of change.
+    /// The state plus `h` times a rate of change.
     fn plus(&self, rate: &Self, h: f64) -> Self {
         Self {
             position: self.position + rate.position * h,
@@ -119,7 +119,7 @@ impl Body {
 }
 
 impl FreeTest {
-    /// Where the flange of a perfect robot would be: K as Q sees it, in the laboratory.
+    /// Pose of the flange of a perfect robot: K relative to Q, in the laboratory.
     fn seen_from_q(&self, k: &State, q: &State) -> RobotPose {
         let (turn_k, turn_q) = (k.turn(), q.turn());
         let apart = k.position - q.position;
@@ -160,7 +160,7 @@ impl FreeTest {
         (sum(k, [&k1, &k2, &k3, &k4]), sum(q, [&q1, &q2, &q3, &q4]))
     }
 
-    /// Flies for a time, or until `contacts` contacts are over.
+    /// Simulates for `duration_s`, or until `contacts` contacts are over.
     pub fn run(&self, duration_s: f64, contacts: usize) -> Outcome {
         let (mut k, mut q) = (State::new(&self.k), State::new(&self.q));
         let energy = |k: &State, q: &State| self.k.energy_j(k) + self.q.energy_j(q);
@@ -202,7 +202,7 @@ impl FreeTest {
         self.contact.load(pose).depth < -2.0 * fastest * COARSE_S
     }
 
-    /// Position of K as the robot would show it at the start.
+    /// Robot axes that correspond to the position of K at the start.
     pub fn start(&self) -> Axes {
         let [x, y, z] = self.k.position_m;
         [x, y, z, 0.0, 0.0, 0.0]
@@ -236,7 +236,7 @@ mod tests {
         .into()
     }
 
-    /// One spacecraft on a fixed wall is the bounce in closed form.
+    /// One spacecraft on a fixed wall agrees with the bounce in closed form.
     #[test]
     fn bounce_in_closed_form() {
         for zeta in [0.0, 0.1, 0.4] {
@@ -262,7 +262,7 @@ mod tests {
         }
     }
 
-    /// Elastic and frictionless: energy and momentum stay, whatever the geometry.
+    /// Without damping and friction energy and momentum are conserved for any geometry.
     #[test]
     fn conserves_energy_and_momentum() {
         let cone = Cone {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-/// A mass that meets a damped spring, k x + c x', which never pulls.
+/// A mass that meets a damped spring, k x + c x', which cannot pull.
 ///
 /// The contact ends when k x + c x' = 0, before x = 0. With ζ = c / (2 √(k m)) < 1,
 /// ω = √(k/m) and ω_d = ω √(1 − ζ²):
@@ -25,7 +25,7 @@ pub struct Bounce {
 }
 
 impl Bounce {
-    /// For a mass (kg), a stiffness (N/m), a damping ratio (0 to less than 1) and a speed (m/s).
+    /// The bounce of a mass (kg) on a stiffness (N/m) with a damping ratio (0 to less than 1) and a speed (m/s).
     pub fn new(mass_kg: f64, stiffness_n_m: f64, damping_ratio: f64, speed_m_s: f64) -> Self {
         let (zeta, omega) = (damping_ratio, (stiffness_n_m / mass_kg).sqrt());
         let root = (1.0 - zeta * zeta).sqrt();
@@ -50,8 +50,8 @@ impl Bounce {
         }
     }
 
-    /// Way beyond the place of the touch (m) at a time since the touch (s, also before and after
-    /// the contact): x = v/ω_d e^(−ζωt) sin ω_d t, and straight on with the speed after.
+    /// Distance beyond the position of the touch (m) at a time since the touch (s, also before and after the contact): x =
+    /// v/ω_d e^(−ζωt) sin ω_d t, and then uniform motion with the speed after.
     pub fn way_m(&self, since_touch_s: f64) -> f64 {
         let t = since_touch_s.clamp(0.0, self.contact_s);
         let damped = self.omega * (1.0 - self.zeta * self.zeta).sqrt();
@@ -62,7 +62,7 @@ impl Bounce {
         before + curve - after
     }
 
-    /// Rate of that way, m/s.
+    /// Rate of that distance, m/s.
     pub fn rate_m_s(&self, since_touch_s: f64) -> f64 {
         match since_touch_s {
             t if t <= 0.0 => self.speed_m_s,
@@ -116,7 +116,7 @@ mod tests {
         assert!((bounce.contact_s - PI / 21.0).abs() < 1e-12);
     }
 
-    /// Against a fine integration: force, time and speed.
+    /// Compares force, time and speed with a fine integration.
     #[test]
     fn agrees_with_a_fine_integration() {
         for zeta in [0.0, 0.1, 0.3, 0.45, 0.55, 0.7] {
