@@ -1,4 +1,4 @@
-//! Hands the linker the script of the MPS2 boards when the program is built.
+//! Passes the linker script of the MPS2 boards to the linker when the program is built.
 
 use std::path::PathBuf;
 use std::{env, fs};

@@ -1,12 +1,12 @@
-//! Chooses the chip by the target, and hands the linker its script.
+//! Chooses the chip by the target, and passes its linker script to the linker.
 
 use std::path::PathBuf;
 use std::{env, fs};
 
 include!("../../git_state.rs");
 
-/// The Cortex-M7 has the stack of the real board, the NUCLEO's DTCM; fixed point on the Cortex-M3 makes
-/// larger frames.
+/// The Cortex-M7 has a stack as large as that of the real board, the NUCLEO's DTCM. Fixed point on the Cortex-M3 makes larger
+/// frames.
 fn stack_bytes(chip: &str) -> u32 {
     match chip {
         "an500" => 128 << 10,
@@ -36,7 +36,7 @@ fn main() {
     println!("cargo::rustc-link-search={}", out.display());
     // Without --nmagic the linker would align sections for pages, which the board does not have.
     let stack = format!("--defsym=_stack_size={}", stack_bytes(chip));
-    // The script uses what is defined before it.
+    // The script uses symbols that are defined before it.
     for argument in ["--nmagic", &stack, "-Tmps2.x", "-Tdefmt.x"] {
         println!("cargo::rustc-link-arg-bins={argument}");
     }

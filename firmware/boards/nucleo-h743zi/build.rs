@@ -4,7 +4,7 @@ use std::env;
 
 include!("../../git_state.rs");
 
-/// The repository, seen from here.
+/// The repository, relative to this folder.
 const ROOT: &str = "../../..";
 
 fn main() {
@@ -17,8 +17,8 @@ fn main() {
     }
     // The linker runs in the repository's top folder, where link.x finds memory.x.
     println!("cargo::rerun-if-changed={ROOT}/memory.x");
-    // Without --nmagic the linker would align sections for pages, which the board does not have.
-    // By the relocations `softdock firmware` sees which task needs what of the flash.
+    // Without --nmagic the linker would align sections for pages, which the board does not have. `softdock firmware` uses the
+    // relocations to find how much flash each task needs.
     for argument in ["--nmagic", "--emit-relocs", "-Tlink.x", "-Tdefmt.x"] {
         println!("cargo::rustc-link-arg-bins={argument}");
     }

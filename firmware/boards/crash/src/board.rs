@@ -1,10 +1,10 @@
-//! The ways out.
+//! Resets and hangs of the board.
 
 use crate::{RETAINED_BYTES, message, retained};
 use core::panic::PanicInfo;
 use cortex_m::peripheral::SCB;
 
-/// Starts over, and hands bytes over to the next start if there are any.
+/// Resets the board, and hands bytes over to the next start if there are any.
 pub fn restart(retained: Option<[u8; RETAINED_BYTES]>) -> ! {
     if let Some(bytes) = retained {
         retained::retain(bytes);
@@ -12,7 +12,7 @@ pub fn restart(retained: Option<[u8; RETAINED_BYTES]>) -> ! {
     SCB::sys_reset()
 }
 
-/// Does nothing any more, whatever comes: only a watchdog helps.
+/// Hangs with interrupts off; only a watchdog ends it.
 pub fn hang() -> ! {
     cortex_m::interrupt::disable();
     loop {
@@ -20,7 +20,7 @@ pub fn hang() -> ! {
     }
 }
 
-/// Starts over because of something that a message tells at the next start.
+/// Resets the board and keeps the reason as a message for the next start.
 pub fn give_up(reason: &str) -> ! {
     cortex_m::interrupt::disable();
     message::keep(format_args!("{reason}"));

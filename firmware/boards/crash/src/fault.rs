@@ -1,10 +1,8 @@
-//! Fault handlers that do not trust the stack.
+//! Fault handlers that do not rely on the stack.
 //!
-//! When the stack overflows, the processor cannot save registers on it either. With the
-//! configurable faults enabled it then enters their handler all the same, with a stack pointer
-//! outside of the stack (Armv7-M Architecture Reference Manual, B1.5.13, derived exceptions); with
-//! only the hard fault it would lock up. The first thing that a handler does is therefore to take
-//! another stack.
+//! After a stack overflow, the processor cannot save registers on the stack either. With the configurable faults enabled, it
+//! still enters their handler, with a stack pointer outside of the stack (Armv7-M Architecture Reference Manual, B1.5.13,
+//! derived exceptions); with only the hard fault it would lock up. So a handler first sets another stack pointer.
 #![allow(unsafe_code, reason = "exception handlers in assembly")]
 
 use cortex_m::peripheral::scb::Exception;
@@ -12,8 +10,8 @@ use cortex_m::peripheral::{MPU, SCB};
 
 /// Size of the guard below the stack, as a power of 2: 64 KiB, more than any frame of a function.
 const GUARD_LOG2: u32 = 16;
-/// The region of the MPU that it takes. Of overlapping regions the last one counts, so it is the
-/// last of the eight that every MPU has.
+/// Region of the MPU for the guard. If regions overlap, the one with the highest number counts, so this is the last of the
+/// eight that every MPU has.
 const GUARD_REGION: u32 = 7;
 
 unsafe extern "C" {
@@ -21,8 +19,8 @@ unsafe extern "C" {
     static _stack_end: u32;
 }
 
-/// Enables memory, bus and usage faults, so that they have handlers of their own, and forbids the
-/// memory below the stack: not every board faults where it has no memory, and QEMU's does not.
+/// Enables memory, bus and usage faults, so that they have handlers of their own, and forbids access to the memory below the
+/// stack: not every board faults at unused addresses; QEMU's does not.
 pub fn arm(scb: &mut SCB, mpu: &mut MPU) {
     scb.enable(Exception::MemoryManagement);
     scb.enable(Exception::BusFault);
@@ -33,7 +31,7 @@ pub fn arm(scb: &mut SCB, mpu: &mut MPU) {
     const FORBIDDEN: u32 = 1 << 28 | (GUARD_LOG2 - 1) << 1 | 1;
     // Enabled, with the default map where no region is.
     const ON: u32 = 1 << 2 | 1;
-    // An address of 32 bits; aligned to the guard's size, see the crate.
+    // An address of 32 bits; aligned to the guard's size, see the documentation of the crate.
     let guard = (&raw const _stack_end) as u32 - (1 << GUARD_LOG2);
     // SAFETY: nothing that is used lies in the guard.
     unsafe {
@@ -45,9 +43,8 @@ pub fn arm(scb: &mut SCB, mpu: &mut MPU) {
     cortex_m::asm::isb();
 }
 
-/// Writes handlers that pass the stack pointer and the address of the faulty instruction (0 if the
-/// stack pointer has left the stack) to [`report`], which gets the whole stack for itself: nobody
-/// comes back to what was on it.
+/// Defines handlers that pass the stack pointer and the address of the faulty instruction (0 if the stack pointer has left
+/// the stack) to [`report`]. They set the stack pointer to the upper end of the stack: its content is not needed any more.
 macro_rules! handlers {
     ($($name:ident)*) => {$(
         // SAFETY: cortex-m-rt's vector table names this symbol, for a function of this kind.
@@ -77,7 +74,7 @@ macro_rules! handlers {
 
 handlers! { HardFault MemoryManagement BusFault UsageFault }
 
-/// Keeps what is known of the fault and resets.
+/// Keeps a message about the fault and resets.
 extern "C" fn report(stack_pointer: u32, instruction: u32) -> ! {
     // SAFETY: reading the fault registers has no side effect, and nobody else runs any more.
     let scb = unsafe { &*SCB::PTR };

@@ -1,4 +1,4 @@
-//! Memory outside of what start-up code clears or fills.
+//! Memory that the start-up code neither clears nor fills.
 
 use crate::words::{Words, keep};
 use core::cell::UnsafeCell;
@@ -7,13 +7,12 @@ use core::mem::MaybeUninit;
 /// Bytes of a word.
 const WORD: usize = 8;
 
-/// `BYTES` of memory outside of what start-up code clears or fills, with the word behind them; a
-/// multiple of 8.
+/// `BYTES` of memory that the start-up code neither clears nor fills, followed by one more word; `BYTES` is a multiple of 8.
 #[repr(C)]
 pub(crate) struct Memory<const BYTES: usize> {
     bytes: UnsafeCell<MaybeUninit<[u8; BYTES]>>,
     behind: UnsafeCell<MaybeUninit<u64>>,
-    /// Words lie at multiples of their size.
+    /// Aligns the bytes to whole words.
     aligned: [u64; 0],
 }
 
@@ -26,7 +25,7 @@ unsafe impl<const BYTES: usize> Sync for Memory<BYTES> {}
     reason = "volatile: what is read was written before the reset"
 )]
 impl<const BYTES: usize> Memory<BYTES> {
-    /// Holds anything, or what was there before the reset.
+    /// Memory with an undefined content: arbitrary, or that before the reset.
     pub(crate) const fn new() -> Self {
         const { assert!(BYTES.is_multiple_of(WORD)) }
         Self {
@@ -36,13 +35,13 @@ impl<const BYTES: usize> Memory<BYTES> {
         }
     }
 
-    /// What is there. To be called where nobody else runs, as [`Self::write`].
+    /// The content. To be called where nothing else runs, as [`Self::write`].
     pub(crate) fn read(&self) -> [u8; BYTES] {
         // SAFETY: the place is valid and aligned, any bytes are bytes, and nobody else writes.
         unsafe { self.bytes.get().cast::<[u8; BYTES]>().read_volatile() }
     }
 
-    /// Writes all of it, so that it is there after a reset that comes at once.
+    /// Writes all bytes, in a way that survives even an immediate reset.
     pub(crate) fn write(&self, bytes: &[u8; BYTES]) {
         let words = bytes.as_chunks().0.iter();
         keep(
@@ -52,7 +51,7 @@ impl<const BYTES: usize> Memory<BYTES> {
     }
 }
 
-/// Stores that the compiler neither splits nor moves.
+/// Stores that the compiler neither splits nor reorders.
 struct Stores<'a, const BYTES: usize>(&'a Memory<BYTES>);
 
 #[allow(unsafe_code, reason = "volatile stores of whole words")]

@@ -1,4 +1,4 @@
-//! A message in memory that outlives a reset.
+//! A message in memory whose content survives a reset.
 #![allow(unsafe_code, reason = "a static outside of .bss, see `Memory`")]
 
 use crate::memory::Memory;
@@ -6,19 +6,19 @@ use core::fmt::{Arguments, Write};
 
 /// Longest message, bytes; the rest of a longer one is cut off.
 pub const MESSAGE_BYTES: usize = 240;
-/// Marks memory that holds a message: after power-up it holds anything.
+/// Marks memory that holds a message: after power-up the content is arbitrary.
 const MAGIC: [u8; 4] = *b"CRSH";
 /// Magic, length, text.
 const KEPT_BYTES: usize = 8 + MESSAGE_BYTES;
 
-/// A message of the run before.
+/// A message of the previous run.
 pub type Message = heapless::String<MESSAGE_BYTES>;
 
 #[unsafe(link_section = ".retained.SOFTDOCK_CRASH")]
 static MEMORY: Memory<KEPT_BYTES> = Memory::new();
 
-/// Keeps a message, unless there is one already: the first is the cause. With interrupts off, or in
-/// a fault handler.
+/// Keeps a message, unless there already is one: the first tells the cause. To be called with interrupts off, or in a fault
+/// handler.
 pub(crate) fn keep(arguments: Arguments<'_>) {
     if MEMORY.read().starts_with(&MAGIC) {
         return;
@@ -34,7 +34,7 @@ pub(crate) fn keep(arguments: Arguments<'_>) {
     MEMORY.write(&kept);
 }
 
-/// Takes the message of the run before, if it ended with one.
+/// Takes the message of the previous run, if it left one.
 pub fn take_message() -> Option<Message> {
     let kept = cortex_m::interrupt::free(|_| {
         let kept = MEMORY.read();
@@ -48,7 +48,7 @@ pub fn take_message() -> Option<Message> {
     Message::try_from(core::str::from_utf8(text).ok()?).ok()
 }
 
-/// Writes what there is room for, on one line.
+/// Writes as much as there is room for, on one line.
 struct Cut<'a>(&'a mut Message);
 
 impl Write for Cut<'_> {

@@ -1,17 +1,17 @@
-//! A few bytes that are handed over from one start to the next, and a count of the starts.
+//! A few bytes that are handed over to the next start, and a count of the starts.
 #![allow(unsafe_code, reason = "a static outside of .bss, see `Memory`")]
 
 use crate::memory::Memory;
 
 /// Bytes that are handed over.
 pub const RETAINED_BYTES: usize = 16;
-/// With the count of the starts, in whole words.
+/// Size of the bytes and the count of the starts, in whole words.
 const KEPT_BYTES: usize = RETAINED_BYTES + 8;
 
 #[unsafe(link_section = ".retained.SOFTDOCK_RETAINED")]
 static MEMORY: Memory<KEPT_BYTES> = Memory::new();
 
-/// Does something with the count of the starts and the bytes.
+/// Calls `change` with the count of the starts and the bytes, and stores both.
 fn with<R>(change: impl FnOnce(&mut u64, &mut [u8; RETAINED_BYTES]) -> R) -> R {
     cortex_m::interrupt::free(|_| {
         let mut kept = MEMORY.read();
@@ -32,17 +32,17 @@ pub(crate) fn retain(handed_over: [u8; RETAINED_BYTES]) {
     with(|_, bytes| *bytes = handed_over);
 }
 
-/// Takes what the start before handed over: for once, whatever becomes of it. After power-up it is
-/// anything, so it should have a checksum.
+/// Takes the bytes that the previous start handed over, and clears them. After power-up they are arbitrary, so they should
+/// contain a checksum.
 pub fn take_retained() -> [u8; RETAINED_BYTES] {
     with(|_, bytes| core::mem::replace(bytes, [0; RETAINED_BYTES]))
 }
 
-/// Counts the starts since power-up, from any number on. To be called once per start.
+/// Counts the starts since power-up; the count begins at an arbitrary number. To be called once per start.
 pub fn count_start() -> u32 {
     with(|starts, _| {
         *starts = starts.wrapping_add(1);
-        // The lower half counts on.
+        // The lower half is enough to count.
         *starts as u32
     })
 }

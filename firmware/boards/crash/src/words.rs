@@ -1,11 +1,11 @@
-//! Memory that outlives a reset, in whole words of its error correction.
+//! Memory whose content survives a reset, written in whole words of its error correction.
 //!
-//! The AXI SRAM of the STM32H7 corrects words of 64 bits. What is written last, and every write of
-//! less than such a word, stays in a register in front of the memory until another word is accessed,
-//! and is lost when a reset comes first (AN5342, error correction code management; ST's FAQ "SRAM
-//! content is not preserved after reset"). So words are written whole, and another one after them.
+//! The AXI SRAM of the STM32H7 corrects words of 64 bits. The last write, and every write of less than such a word, stays in
+//! a register in front of the memory until another word is accessed, and is lost if a reset comes first (AN5342, error
+//! correction code management; ST's FAQ "SRAM content is not preserved after reset"). So this module writes whole words, and
+//! then one more word.
 
-/// Such a memory.
+/// Memory of this kind.
 pub(crate) trait Words {
     /// Stores a whole word, at once.
     fn store(&mut self, index: usize, value: u64);
@@ -13,7 +13,7 @@ pub(crate) trait Words {
     fn barrier(&mut self);
 }
 
-/// Writes words from the first on, and then the one behind them, which nobody reads.
+/// Writes words from the first on, and then one more word, which is never read.
 pub(crate) fn keep(memory: &mut impl Words, words: impl IntoIterator<Item = u64>) {
     let mut behind = 0;
     for word in words {
@@ -48,7 +48,7 @@ mod tests {
         }
     }
 
-    /// A store is of a whole word by its type.
+    /// The type of a store already makes it a whole word.
     #[test]
     fn whole_words_then_a_barrier_then_another_word_then_a_barrier() {
         let mut memory = Noted::default();

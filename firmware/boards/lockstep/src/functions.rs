@@ -1,4 +1,4 @@
-//! What mathematical functions cost on this processor, in ticks of the counter.
+//! Cost of mathematical functions on this processor, in ticks of the counter.
 
 use core::hint::black_box;
 use micromath::F32Ext;
@@ -31,12 +31,12 @@ pub(super) fn costs(counter: &mut impl Counter) -> FunctionCosts {
     ]
 }
 
-/// Without the loop around it.
+/// Ticks of calls in single precision, without those of the loop.
 fn single(counter: &mut impl Counter, f: impl Fn(f32, f32) -> f32) -> u32 {
     ticks(counter, f).saturating_sub(ticks(counter, |x, _| x))
 }
 
-/// Without the loop and the conversions.
+/// Ticks of calls in double precision, without those of the loop and of the conversions.
 fn double(counter: &mut impl Counter, f: impl Fn(f64, f64) -> f64) -> u32 {
     let both = |x: f32, y: f32| (f64::from(x), f64::from(y));
     let empty = ticks(counter, |x, y| black_box(both(x, y)).0);

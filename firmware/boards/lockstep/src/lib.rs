@@ -1,9 +1,8 @@
-//! The robot's link and the control cycle, fed step by step.
+//! The robot's link and the control cycle, run step by step.
 //!
-//! A [`Step`] is everything that a board takes in for one answer, [`Done`] is everything that comes
-//! of it: the answer's bytes, the record of the cycle, and what each part of the work cost. A host
-//! and the machine code in QEMU run the same [`Session`] on the same steps, and every bit has to be
-//! the same. With QEMU's virtual time counting instructions, the cost is exact as well.
+//! A [`Step`] contains all inputs of a board for one answer. [`Done`] contains all results: the bytes of the answer, the
+//! record of the cycle, and the cost of each part of the work. A host and the machine code in QEMU run the same [`Session`]
+//! on the same steps, and every bit has to be equal. QEMU's virtual time counts instructions, so the cost is exact too.
 //!
 //! [`frame`] and [`unframe`] put messages into a stream of bytes: two bytes of length, postcard.
 #![no_std]
@@ -26,7 +25,7 @@ pub const MESSAGE_BYTES: usize = 4096;
 /// A sender on another computer than the robot's.
 pub const STRANGER: u8 = 66;
 
-/// What a board takes in for one answer.
+/// Inputs of a board for one answer.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Step {
     /// The datagram.
@@ -56,7 +55,7 @@ pub const FUNCTIONS: [&str; 4] = [
     "arc tangent of two",
     "logarithm to base 10",
 ];
-/// Who computes them. The first is for people's eyes, the last for the cycle.
+/// Libraries with these functions. The first is for numbers that are only displayed, the last for the control cycle.
 pub const LIBRARIES: [&str; 3] = ["micromath", "libm, f32", "libm, f64"];
 /// Calls of each.
 pub const CALLS: u32 = 1000;
@@ -64,24 +63,24 @@ pub const CALLS: u32 = 1000;
 /// Ticks of the counter for [`CALLS`] calls of each of [`FUNCTIONS`] in each of [`LIBRARIES`].
 pub type FunctionCosts = [[u32; LIBRARIES.len()]; FUNCTIONS.len()];
 
-/// What came of a step.
+/// Results of a step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Done {
-    /// The answer; empty: none.
+    /// The answer; empty if there is none.
     pub answer: Answer,
     /// The cycle, if one was run.
     pub record: Option<CycleRecord>,
-    /// What it cost; zeros without a cycle.
+    /// Cost of the cycle; zeros without a cycle.
     pub cost: Cost,
 }
 
-/// Something that counts up with the work that is done.
+/// A counter that increases with the work done.
 pub trait Counter {
     /// The count; it may wrap.
     fn count(&mut self) -> u32;
 }
 
-/// Counts nothing.
+/// Always zero.
 impl Counter for () {
     fn count(&mut self) -> u32 {
         0
@@ -93,15 +92,15 @@ impl Counter for () {
 pub struct Session<S: Scalar>(RobotLink<S>);
 
 impl<S: Scalar> Session<S> {
-    /// From settings, which are checked here.
+    /// From settings, which are checked.
     ///
     /// # Errors
-    /// The settings may not be used.
+    /// The settings are not valid.
     pub fn new(settings: &BoardSettings) -> Result<Self, BoardSettingsError> {
         Prepared::new(settings).map(RobotLink::new).map(Self)
     }
 
-    /// Does what the robot task does for a datagram.
+    /// Handles a datagram as the robot task does.
     pub fn take(&mut self, step: &Step, counter: &mut impl Counter) -> Done {
         let mut done = Done {
             answer: Answer::new(),
@@ -139,7 +138,7 @@ fn sender(step: &Step) -> SocketAddr {
     SocketAddr::new(IpAddr::V4(computer), 49_152 + u16::from(port))
 }
 
-/// Counts at the end of each part.
+/// Reads the counter at the end of each part.
 struct CostMeter<'a, C: Counter> {
     counter: &'a mut C,
     last: u32,
@@ -173,14 +172,14 @@ impl<C: Counter> Probe for CostMeter<'_, C> {
     }
 }
 
-/// Why a message cannot be written or read.
+/// A message that cannot be written or read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BadMessage;
 
-/// Writes a message behind its length; the bytes of `buffer` that it takes.
+/// Writes the length of a message and the message; returns the used bytes of `buffer`.
 ///
 /// # Errors
-/// It is longer than `buffer`.
+/// The message is longer than `buffer`.
 pub fn frame<'a>(message: &impl Serialize, buffer: &'a mut [u8]) -> Result<&'a [u8], BadMessage> {
     let (length, body) = buffer.split_first_chunk_mut::<2>().ok_or(BadMessage)?;
     let written = postcard::to_slice(message, body).map_err(|_| BadMessage)?;
@@ -189,7 +188,7 @@ pub fn frame<'a>(message: &impl Serialize, buffer: &'a mut [u8]) -> Result<&'a [
     buffer.get(..2 + count).ok_or(BadMessage)
 }
 
-/// Reads the message behind a length.
+/// Reads a message, without its length.
 ///
 /// # Errors
 /// The bytes are not such a message.

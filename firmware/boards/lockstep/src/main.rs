@@ -1,9 +1,9 @@
-//! The session on QEMU's MPS2 boards: messages come and go through two files of the host, read and
-//! written by semihosting calls, during which virtual time stands still. Run it with instructions
-//! as virtual time, and it does the same at the same instants in each run.
+//! The session on QEMU's MPS2 boards. Messages come and go through two files of the host, read and written by semihosting
+//! calls, during which virtual time stands still. If virtual time counts instructions, each run does the same at the same
+//! times.
 //!
-//! First comes a block of settings ([`softdock_app::image`]), then steps; a length of 0 ends it. Without settings it tells
-//! what mathematical functions cost.
+//! First comes a block of settings ([`softdock_app::image`]), then steps; a length of 0 ends the run. Without settings, the
+//! program returns the cost of mathematical functions.
 #![no_std]
 #![no_main]
 
@@ -15,10 +15,10 @@ use semihosting::process::exit;
 use softdock_app::image::Image;
 use softdock_lockstep::{Counter, MESSAGE_BYTES, Session, Step, frame, unframe};
 
-/// Without a floating-point unit, fixed point.
+/// Fixed point, as there is no floating-point unit.
 #[cfg(target_abi = "eabi")]
 type Number = softdock_control::scalar::Fixed;
-/// The number of the product.
+/// The number type of the product.
 #[cfg(target_abi = "eabihf")]
 type Number = f64;
 
@@ -28,7 +28,7 @@ const OUTPUT: &core::ffi::CStr = c"from_board";
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    // The host sees a broken conversation by the code.
+    // The exit code tells the host that the conversation failed.
     exit(i32::from(converse().is_err()))
 }
 
@@ -50,7 +50,7 @@ fn converse() -> Result<()> {
     Ok(())
 }
 
-/// The next message; none: the host has ended it.
+/// The next message; none if the host has ended the run.
 fn next<'a>(input: &mut File, buffer: &'a mut [u8]) -> Result<Option<&'a [u8]>> {
     let mut length = [0; 2];
     input.read_exact(&mut length)?;

@@ -1,15 +1,15 @@
-//! Everything in which the two chips differ, besides their instruction sets.
+//! All differences between the two chips, besides their instruction sets.
 
 use softdock_app::processor::Processor;
 
 /// The number type of the control cycle.
 #[cfg(chip = "an500")]
 pub(crate) type Number = f64;
-/// The number type of the control cycle: without a floating-point unit, fixed point.
+/// The number type of the control cycle: fixed point, as there is no floating-point unit.
 #[cfg(chip = "an385")]
 pub(crate) type Number = softdock_control::scalar::Fixed;
 
-/// What the processor can compute within a cycle.
+/// The arithmetic with which the processor is fast enough for the control cycle.
 pub(crate) const PROCESSOR: Processor = if cfg!(chip = "an500") {
     Processor::DoublePrecision
 } else {

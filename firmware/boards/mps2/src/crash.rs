@@ -1,9 +1,9 @@
-//! Crashes on demand: what the next start tells of them is tested in QEMU.
+//! Crashes on demand, to test in QEMU what the next start reports about them.
 
 use core::hint::black_box;
 use softdock_app::emulated_flash::Crash;
 
-/// Crashes.
+/// Crashes in the given way.
 #[allow(clippy::panic, reason = "it is what was asked for")]
 pub(crate) fn crash(kind: Crash) -> ! {
     match kind {
@@ -16,7 +16,7 @@ pub(crate) fn crash(kind: Crash) -> ! {
     }
 }
 
-/// Takes stack until there is none.
+/// Calls itself until the stack is exhausted.
 #[inline(never)]
 fn deeper(depth: u32) -> u32 {
     let frame = black_box([depth; 64]);
@@ -24,6 +24,6 @@ fn deeper(depth: u32) -> u32 {
         true => deeper(depth.wrapping_add(1)),
         false => 0,
     };
-    // Needed behind the call, so that it is not a jump.
+    // Used after the call, so that the compiler does not turn the call into a jump.
     frame.iter().fold(below, |sum, n| sum.wrapping_add(*n))
 }

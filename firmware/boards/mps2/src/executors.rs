@@ -1,7 +1,6 @@
-//! Three executors at three priorities, each in an interrupt that no device uses; [`interrupts`]
-//! gives the priorities.
+//! Three executors at three priorities, each in an interrupt that no device uses; [`interrupts`] assigns the priorities.
 //!
-//! In thread mode, an executor would idle in WFE, which QEMU takes for a busy processor.
+//! In thread mode, an executor would idle in WFE, which QEMU emulates as a busy loop.
 //!
 //! [`interrupts`]: crate::interrupts
 #![allow(unsafe_code, reason = "Embassy's contract for executors in interrupts")]
@@ -14,7 +13,7 @@ static CONTROL: InterruptExecutor = InterruptExecutor::new();
 static BACKGROUND: InterruptExecutor = InterruptExecutor::new();
 static SERVICE: InterruptExecutor = InterruptExecutor::new();
 
-/// Starts them.
+/// Starts the executors.
 pub(crate) fn start() -> Spawners {
     Spawners {
         control: CONTROL.start(Interrupt::EXECUTOR_CONTROL),

@@ -1,4 +1,4 @@
-//! The emulated flash: PSRAM whose content is a file of the host.
+//! The emulated flash: PSRAM whose content is a file on the host.
 #![allow(unsafe_code, reason = "memory that the linker does not know of")]
 
 use crate::chip;
@@ -9,7 +9,7 @@ use softdock_app::emulated_flash::{
 };
 use softdock_app::store::{FlashWords, WORD_BYTES};
 
-/// Erased flash.
+/// Value of an erased byte.
 const ERASED: u8 = 0xff;
 
 /// Reads the boot options.
@@ -34,7 +34,7 @@ fn write(offset: usize, bytes: impl Iterator<Item = u8>) {
     }
 }
 
-/// The two slots for settings. There is one of it.
+/// The two slots for settings. There is one instance.
 pub(crate) struct Psram(());
 
 impl Psram {

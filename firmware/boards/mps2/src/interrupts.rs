@@ -11,7 +11,7 @@ const INTERRUPTS: usize = 32;
 const DEVICES: u8 = 0x20;
 /// Network, sensor and robot.
 const CONTROL: u8 = 0x40;
-/// What may wait for the control cycle.
+/// Work that may wait for the control cycle.
 const BACKGROUND: u8 = 0x80;
 /// The service, which formats texts and writes flash.
 const SERVICE: u8 = 0xC0;
@@ -56,7 +56,7 @@ interrupts! {
     UARTRX0 = 0 at DEVICES;
     /// Sensor: a byte was sent.
     UARTTX0 = 1 at DEVICES;
-    /// Log: a byte was sent. Lowest of all: the log waits for everybody.
+    /// Log: a byte was sent. Low priority: the log may wait.
     UARTTX1 = 3 at BACKGROUND;
     /// Service: a byte was received.
     UARTRX2 = 4 at DEVICES;
@@ -81,7 +81,7 @@ unsafe impl InterruptNumber for Interrupt {
     }
 }
 
-/// Lets an interrupt through.
+/// Enables an interrupt.
 pub(crate) fn unmask(interrupt: Interrupt) {
     // SAFETY: no critical section masks single lines.
     unsafe { NVIC::unmask(interrupt) }

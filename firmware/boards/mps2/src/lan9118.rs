@@ -1,7 +1,6 @@
 //! The LAN9118 Ethernet controller for `embassy-net`.
 //!
-//! Source: SMSC LAN9118 data sheet, and QEMU's hw/net/lan9118.c, which aborts at registers that it
-//! does not know.
+//! Sources: SMSC LAN9118 data sheet, and QEMU's hw/net/lan9118.c, which aborts on access to a register that it does not know.
 #![allow(unsafe_code, reason = "addresses of registers")]
 
 use crate::chip;
@@ -15,7 +14,7 @@ use softdock_app::phy::Management;
 
 /// Longest frame without its checksum, bytes: header and payload.
 pub(crate) const FRAME_BYTES: usize = 1514;
-/// The same in whole words and with the checksum of 4 bytes, which the controller hands over too.
+/// Longest frame with its checksum of 4 bytes, which the controller passes on too, in whole words.
 const BUFFER_BYTES: usize = 1520;
 const CHECKSUM_BYTES: usize = 4;
 
@@ -32,7 +31,7 @@ const RX_FIFO_INF: Register = register(0x7C);
 const MAC_COMMAND: Register = register(0xA4);
 const MAC_DATA: Register = register(0xA8);
 
-/// Registers behind `MAC_COMMAND`.
+/// Registers that are accessed through `MAC_COMMAND`.
 const MAC_CR: u32 = 1;
 const MAC_ADDRH: u32 = 2;
 const MAC_ADDRL: u32 = 3;
@@ -40,14 +39,14 @@ const MAC_MII_ACCESS: u32 = 6;
 const MAC_MII_DATA: u32 = 7;
 const MAC_BUSY: u32 = 1 << 31;
 const MAC_READ: u32 = 1 << 30;
-/// Full duplex, transmitter and receiver on; everything that is not ours is filtered out.
+/// Full duplex, transmitter and receiver on; frames for other addresses are filtered out.
 const MAC_ON: u32 = 1 << 20 | 1 << 3 | 1 << 2;
-/// Receive status FIFO above its level: a frame has come.
+/// Level of the receive status FIFO exceeded: a frame has arrived.
 const RSFL: u32 = 1 << 3;
-/// In a frame's status.
+/// Error flag in the status of a frame.
 const RX_ERROR: u32 = 1 << 15;
 
-/// Wakes the network's task.
+/// Wakes the task of the network.
 static WAKER: AtomicWaker = AtomicWaker::new();
 
 const fn register(offset: usize) -> Register {
@@ -70,7 +69,7 @@ impl Lan9118 {
         HW_CFG.write(SOFT_RESET);
         // Store and forward, 5 kB of FIFO for sending.
         HW_CFG.write(0x0005_0000);
-        // Transmitter on; nobody reads what became of a frame.
+        // Transmitter on; the status of sent frames is discarded.
         TX_CFG.write(1 << 1 | 1 << 2);
         let [a0, a1, a2, a3, a4, a5] = address;
         mac_write(MAC_ADDRL, u32::from_le_bytes([a0, a1, a2, a3]));
@@ -80,8 +79,7 @@ impl Lan9118 {
         FIFO_INT.write(0x4800_0000);
         INT_STS.write(u32::MAX);
         INT_EN.write(RSFL);
-        // Active high and push-pull, enabled; the line is active low before, so that one interrupt
-        // is pending at boot.
+        // Active high and push-pull, enabled. Before this the line is active low, so one interrupt is pending at boot.
         IRQ_CFG.write(0x111);
         interrupts::unmask(Interrupt::ETHERNET);
         let mut link = EthernetLink::new(Phy, true);
@@ -94,7 +92,7 @@ impl Lan9118 {
         }
     }
 
-    /// Takes the next good frame out of the FIFO; its length without checksum.
+    /// Takes the next good frame out of the FIFO; returns its length without checksum.
     fn next_frame(&mut self) -> Option<usize> {
         while RX_FIFO_INF.read() >> 16 & 0xFF != 0 {
             let status = RX_STATUS.read();
@@ -125,11 +123,11 @@ fn mac_read(index: u32) -> u32 {
     MAC_DATA.read()
 }
 
-/// The PHY inside of the controller, behind the MAC.
+/// The PHY inside of the controller, accessed through the MAC.
 struct Phy;
 
 impl Phy {
-    /// Asks for an access to a register; as it is emulated, it is over at once.
+    /// Starts an access to a register; the emulated access is complete at once.
     fn access(register: u8, direction: u32) {
         const ADDRESS: u32 = 1 << 11;
         const BUSY: u32 = 1;
@@ -143,7 +141,7 @@ impl Phy {
 impl Management for Phy {
     fn read(&mut self, register: u8) -> u16 {
         const ADVERTISEMENT: u8 = 4;
-        /// 100 Mbit/s, half duplex: the emulated PHY cannot but offer it.
+        /// 100 Mbit/s, half duplex: the emulated PHY always offers it.
         const ALWAYS_OFFERED: u32 = 1 << 7;
         Self::access(register, 0);
         let value = match register {
@@ -161,7 +159,7 @@ impl Management for Phy {
     }
 }
 
-/// Hands a frame to the controller, which sends it with its last word.
+/// Passes a frame to the controller, which sends it when its last word is written.
 pub(crate) fn transmit(frame: &[u8]) {
     const FIRST_AND_LAST: u32 = 1 << 13 | 1 << 12;
     // At most 1514.
@@ -191,7 +189,7 @@ pub(crate) struct TxToken<'a>(&'a mut [u8; FRAME_BYTES]);
 
 impl embassy_net_driver::TxToken for TxToken<'_> {
     fn consume<R, F: FnOnce(&mut [u8]) -> R>(self, length: usize, write: F) -> R {
-        // The stack keeps to `max_transmission_unit`.
+        // The network stack stays within `max_transmission_unit`.
         let length = length.min(FRAME_BYTES);
         let (frame, _) = self.0.split_at_mut(length);
         let result = write(frame);
@@ -205,7 +203,7 @@ impl Driver for Lan9118 {
     type TxToken<'a> = TxToken<'a>;
 
     fn receive(&mut self, context: &mut Context<'_>) -> Option<(RxToken<'_>, TxToken<'_>)> {
-        // First the waker, then the look: a frame in between wakes.
+        // Register the waker before the check, so that a frame that arrives in between wakes the task.
         WAKER.register(context.waker());
         let length = self.next_frame()?;
         let frame = self.received.get_mut(..length)?;
@@ -236,7 +234,7 @@ impl Driver for Lan9118 {
 
 #[cortex_m_rt::interrupt]
 fn ETHERNET() {
-    // Frames raise it when they come, not while they wait: clear first, then take all.
+    // A frame raises the interrupt when it arrives, not while it waits: clear first, then take all frames.
     INT_STS.write(u32::MAX);
     WAKER.wake();
 }

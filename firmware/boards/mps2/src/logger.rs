@@ -1,8 +1,7 @@
 //! defmt's global logger on the log's UART.
 //!
-//! A message goes into the UART's ring, which takes some microseconds; the interrupt of lowest
-//! priority sends it. A message that does not fit is cut off, and the decoder goes on with the
-//! next one.
+//! A message is copied into the UART's ring, which takes some microseconds; an interrupt of low priority sends it. A message
+//! that does not fit is cut off, and the decoder continues with the next one.
 #![allow(unsafe_code, reason = "defmt's contract of acquire and release")]
 
 use crate::uart::LOG;

@@ -1,5 +1,5 @@
-//! The docking-rig controller on Arm's MPS2 board as QEMU emulates it: the same tasks as on the
-//! real board, on devices of which each has a file here.
+//! The docking-rig controller on Arm's MPS2 board as emulated by QEMU: the same tasks as on the real board, with a file here
+//! for each device.
 //!
 //! | device | use | file |
 //! |---|---|---|
@@ -10,9 +10,9 @@
 //! | UART 2 | the parameter service | [`uart`] |
 //! | PSRAM | the flash with settings and boot options | [`flash`] |
 //! | counter, timer 0 | time | [`time`] |
-//! | watchdog | a hang on purpose | [`watchdog`] |
+//! | watchdog | ends a deliberate hang | [`watchdog`] |
 //!
-//! `cargo qemu` builds and runs it. [`chip`] says in what the two chips differ.
+//! `cargo qemu` builds and runs it. [`chip`] contains the differences between the two chips.
 #![no_std]
 #![no_main]
 
@@ -68,14 +68,14 @@ const HARDWARE_ADDRESS: [u8; 6] = [0x02, 0x00, 0x00, 0x00, 0x00, 0x01];
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    // The executors begin when all that the start takes of the stack is free again.
+    // The executors begin after the start has freed its stack.
     cortex_m::interrupt::free(|_| start());
     loop {
         cortex_m::asm::wfi();
     }
 }
 
-/// Starts everything, with interrupts off: it takes much of the stack.
+/// Starts everything, with interrupts off; uses much of the stack.
 #[inline(never)]
 fn start() {
     let Some(mut core) = Peripherals::take() else {
@@ -94,17 +94,18 @@ fn start() {
     let before = Before {
         crash: crash.as_deref(),
         retained: softdock_crash::take_retained(),
-        // The emulator has no register for it.
+        // The emulator has no register with the cause of a reset.
         reset: "unknown",
     };
-    // The launcher's number is that of all starts of this launch.
+    // The launcher gives one number per launch; the count tells the starts of a launch apart.
     let starts = softdock_crash::count_start();
     let number = options.boot.wrapping_add(starts);
     let store = STORE.init_with(|| Store::new(WordFlash::new(Psram::new())));
     let Some((start, prepared)) = boot::boot(&IDENTITY, store, before, number) else {
         SCB::sys_reset();
     };
-    // The emulator's memory is zero at power-up. Who changes settings, or comes back after a crash, starts by hand.
+    // The emulator's memory is zero at power-up, so 1 is the first start. After a change of settings or a crash, the robot is
+    // started by hand.
     let first = starts == 1;
     let usable = IDENTITY.processor.accepts(&start.settings).is_ok()
         && !matches!(start.origin, Origin::Defaults(_));
@@ -121,7 +122,7 @@ fn start() {
     send(spawners.service, serve(prepared));
 }
 
-/// Starts network, sensor and robot on the executor that it runs on.
+/// Starts network, sensor and robot on its own executor.
 #[embassy_executor::task]
 async fn control(
     settings: BoardSettings,
@@ -155,7 +156,7 @@ async fn robot_task(
     robot.run(&mut port, &UptimeClock, &mut queue).await;
 }
 
-/// Runs the parameter service until the board is to start over.
+/// Runs the parameter service until it asks for a restart.
 #[embassy_executor::task]
 async fn serve(prepared: Prepared<Flash>) {
     let (reader, writer) = uart::SERVICE.open();

@@ -17,13 +17,13 @@ impl Register {
         Self(address)
     }
 
-    /// Reads it.
+    /// Reads the register.
     pub(crate) fn read(self) -> u32 {
         // SAFETY: the address is that of a register, see `at`.
         unsafe { (self.0 as *const u32).read_volatile() }
     }
 
-    /// Writes it.
+    /// Writes the register.
     pub(crate) fn write(self, value: u32) {
         // SAFETY: the address is that of a register, see `at`.
         unsafe { (self.0 as *mut u32).write_volatile(value) }

@@ -10,10 +10,10 @@ use softdock_app::sensor;
 use softdock_app::settings::BoardSettings;
 use softdock_app::slcan_bus::SlcanBus;
 
-/// The network's share of the controller: all of it.
+/// The driver of the robot's network: the whole controller.
 pub(crate) type Network = Lan9118;
 
-/// Starts the sensor's task; what is left of the controller for the network.
+/// Starts the sensor's task; returns the driver of the robot's network.
 pub(crate) fn start(spawner: &Spawner, settings: &BoardSettings, ethernet: Lan9118) -> Network {
     if settings.ethercat.enabled {
         sensor::refuse(&SHARED);

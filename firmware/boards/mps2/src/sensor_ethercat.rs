@@ -1,7 +1,7 @@
-//! The sensor on EtherCAT, beside RSI on the one Ethernet controller of the board.
+//! The sensor on EtherCAT, which shares the only Ethernet controller of the board with RSI.
 //!
-//! Frames are told apart by their EtherType. That is for the bench: on a real cable the two do not share a port, for a
-//! switch would carry EtherCAT into the robot's network.
+//! Frames are distinguished by their EtherType. This is for tests only: on real cables the two must not share a port, because
+//! a switch would carry EtherCAT into the robot's network.
 
 use crate::lan9118::{FRAME_BYTES, Lan9118, transmit};
 use core::cell::RefCell;
@@ -19,19 +19,19 @@ use softdock_app::settings::{BoardSettings, EtherCatSettings};
 use softdock_link::ethercat::ETHERTYPE;
 use static_cell::StaticCell;
 
-/// Frames that may wait on either side.
+/// Frames that may wait in either queue.
 const QUEUE: usize = 8;
 
 type Frame = Vec<u8, FRAME_BYTES>;
 
-/// Frames that wait for a task, and the task.
+/// Frames that wait for a task, and the waker of that task.
 #[derive(Default)]
 struct Queue {
     frames: Deque<Frame, QUEUE>,
     waker: Option<Waker>,
 }
 
-/// The controller, and what it has received for the two. Both tasks are of one executor.
+/// The controller and the received frames of both protocols. Both tasks run on the same executor.
 struct Controller {
     ethernet: Lan9118,
     ip: Queue,
@@ -39,7 +39,7 @@ struct Controller {
 }
 
 impl Controller {
-    /// Takes all frames out of the controller, whoever is polled: only the task that registered last is woken by it.
+    /// Takes all frames out of the controller, whichever task is polled: it wakes only the task that registered last.
     fn sort(&mut self, context: &mut Context<'_>) {
         while let Some((frame, _)) = self.ethernet.receive(context) {
             frame.consume(|bytes| {
@@ -47,7 +47,7 @@ impl Controller {
                     true => &mut self.ethercat,
                     false => &mut self.ip,
                 };
-                // What has no room is lost, as on any network.
+                // A frame without room in the queue is lost, as on any network.
                 if let Ok(frame) = Frame::from_slice(bytes) {
                     let _ = side.frames.push_back(frame);
                 }
@@ -59,7 +59,7 @@ impl Controller {
     }
 }
 
-/// The network's share of the controller.
+/// The part of the controller that the robot's network uses.
 pub(crate) struct Network {
     controller: &'static RefCell<Controller>,
     address: HardwareAddress,
@@ -67,7 +67,7 @@ pub(crate) struct Network {
     to_send: [u8; FRAME_BYTES],
 }
 
-/// Starts the sensor's task; what is left of the controller for the network.
+/// Starts the sensor's task; returns the driver of the robot's network.
 pub(crate) fn start(spawner: &Spawner, settings: &BoardSettings, ethernet: Lan9118) -> Network {
     static CONTROLLER: StaticCell<RefCell<Controller>> = StaticCell::new();
     let (address, capabilities) = (ethernet.hardware_address(), ethernet.capabilities());
@@ -99,7 +99,7 @@ async fn sensor_task(settings: EtherCatSettings, port: Segment) {
     ethercat::run(&SHARED, &settings, &FRAMES, port, &UptimeClock).await;
 }
 
-/// The segment's share of the controller.
+/// The part of the controller that the EtherCAT segment uses.
 struct Segment(&'static RefCell<Controller>);
 
 impl EthernetPort for Segment {
@@ -141,7 +141,7 @@ pub(crate) struct ToSend<'a>(&'a mut [u8; FRAME_BYTES]);
 
 impl TxToken for ToSend<'_> {
     fn consume<R, F: FnOnce(&mut [u8]) -> R>(self, length: usize, write: F) -> R {
-        // The stack keeps to `max_transmission_unit`.
+        // The network stack stays within `max_transmission_unit`.
         let (frame, _) = self.0.split_at_mut(length.min(FRAME_BYTES));
         let result = write(frame);
         transmit(frame);

@@ -46,14 +46,14 @@ embassy_time_driver::time_driver_impl!(static TIME: Mps2Time = Mps2Time {
     queue: Mutex::new(RefCell::new(Queue::new())),
 });
 
-/// Starts the alarm, by which the counter is read often enough.
+/// Starts the alarm, which also reads the counter often enough.
 pub(crate) fn start() {
     critical_section::with(|cs| TIME.ring(cs));
     interrupts::unmask(Interrupt::TIMER0);
 }
 
 impl Mps2Time {
-    /// Wakes what is due and sets the next alarm.
+    /// Wakes the tasks that are due and sets the next alarm.
     fn ring(&self, cs: CriticalSection<'_>) {
         let mut queue = self.queue.borrow_ref_mut(cs);
         let mut next = queue.next_expiration(self.now());
@@ -62,7 +62,7 @@ impl Mps2Time {
         }
     }
 
-    /// Sets the alarm; false if its time has come already.
+    /// Sets the alarm; false if its time has already come.
     fn set_alarm(&self, at_us: u64) -> bool {
         let wait_us = at_us.saturating_sub(self.now()).min(LONGEST_ALARM_US);
         CTRL.write(0);
@@ -70,8 +70,8 @@ impl Mps2Time {
         if wait_us == 0 {
             return false;
         }
-        // RELOAD must not be the waiting time as well: in QEMU with -icount, the interrupt then
-        // comes after twice the time if the processor sleeps.
+        // RELOAD must differ from the waiting time: in QEMU with -icount, the interrupt would otherwise come after twice the
+        // time if the processor sleeps.
         RELOAD.write(u32::MAX);
         VALUE.write((wait_us * TICKS_PER_US) as u32);
         CTRL.write(ENABLE | INTERRUPT);

@@ -1,4 +1,4 @@
-//! CMSDK UARTs: a ring for each direction, which the interrupts fill and empty.
+//! CMSDK UARTs, with a ring buffer for each direction that the interrupts fill and empty.
 //!
 //! Source: Cortex-M System Design Kit, technical reference manual, 4.3.
 #![allow(unsafe_code, reason = "addresses of registers")]
@@ -12,32 +12,32 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::pipe::Pipe;
 use embedded_io_async::{ErrorKind, ErrorType, Read, Write};
 
-/// Bytes that may wait for a task: 30 ms at the 33 kB/s that QEMU manages.
+/// Received bytes that may wait for a task: 30 ms at the 33 kB/s that QEMU reaches.
 const RECEIVE_BYTES: usize = 1024;
-/// Bytes that may wait for the line.
+/// Bytes that may wait to be sent.
 const SEND_BYTES: usize = 4096;
 
 const TX_FULL: u32 = 1;
 const RX_FULL: u32 = 1 << 1;
-/// Transmitter, receiver and the receiver's interrupt.
+/// Enables transmitter, receiver and the receiver's interrupt.
 const ENABLE: u32 = 0b1011;
-/// The transmitter's interrupt, in CTRL.
+/// Enables the transmitter's interrupt, in CTRL.
 const TX_INTERRUPT: u32 = 1 << 2;
-/// In INTCLEAR.
+/// Clears the transmitter's interrupt, in INTCLEAR.
 const CLEAR_TX: u32 = 1;
-/// In INTCLEAR.
+/// Clears the receiver's interrupt, in INTCLEAR.
 const CLEAR_RX: u32 = 1 << 1;
-/// 115,200 bit/s. QEMU does not use it, but sends nothing if it is less than 16.
+/// 115,200 bit/s. QEMU ignores the rate, but sends nothing if the divisor is less than 16.
 const BAUD_DIVISOR: u32 = chip::CLOCK_HZ / 115_200;
 
 /// The sensor's line.
 pub(crate) static CAN: Uart = Uart::new(chip::UARTS[0], Interrupt::UARTRX0, Interrupt::UARTTX0);
-/// The log's line. Nothing is received: its receiving interrupt is that of the transmitter.
+/// The log's line. It receives nothing, so the transmitter's interrupt is given for both.
 pub(crate) static LOG: Uart = Uart::new(chip::UARTS[1], Interrupt::UARTTX1, Interrupt::UARTTX1);
 /// The line of the service.
 pub(crate) static SERVICE: Uart = Uart::new(chip::UARTS[2], Interrupt::UARTRX2, Interrupt::UARTTX2);
 
-/// A UART with its rings.
+/// A UART with its ring buffers.
 pub(crate) struct Uart {
     base: usize,
     receive: Interrupt,
@@ -79,7 +79,7 @@ impl Uart {
         self.register(0x10)
     }
 
-    /// Switches it on.
+    /// Switches the UART on.
     pub(crate) fn open(&'static self) -> (UartReader, UartWriter) {
         self.baud_divisor().write(BAUD_DIVISOR);
         self.ctrl().write(ENABLE);
@@ -88,14 +88,14 @@ impl Uart {
         (UartReader(self), UartWriter(self))
     }
 
-    /// Takes bytes for the line, as many as there is room for, without waiting.
+    /// Takes as many bytes to send as there is room for, without waiting.
     pub(crate) fn try_write(&self, mut bytes: &[u8]) {
         while let Ok(length @ 1..) = self.to_send.try_write(bytes) {
             bytes = bytes.get(length..).unwrap_or_default();
         }
     }
 
-    /// Lets the interrupt send what waits.
+    /// Makes the interrupt send the waiting bytes.
     pub(crate) fn kick(&self) {
         NVIC::pend(self.transmit);
     }
@@ -120,8 +120,8 @@ impl Uart {
             }
             self.data().write(u32::from(byte[0]));
         }
-        // The host does not take more at the moment: go on when it does. The byte may have left
-        // before the interrupt was enabled, so look once more.
+        // The host accepts no more bytes at the moment; the interrupt continues when it does. The byte may have left before
+        // the interrupt was enabled, so check once more.
         self.ctrl().write(ENABLE | TX_INTERRUPT);
         if self.state().read() & TX_FULL == 0 {
             self.kick();
@@ -129,7 +129,7 @@ impl Uart {
     }
 }
 
-/// The receiving half. Its `read` loses nothing when it is dropped.
+/// The receiving half. If its `read` is dropped, no bytes are lost.
 pub(crate) struct UartReader(&'static Uart);
 
 impl ErrorType for UartReader {
@@ -137,7 +137,7 @@ impl ErrorType for UartReader {
 }
 
 impl Read for UartReader {
-    /// [`ErrorKind::Other`]: bytes were lost before those that come next.
+    /// [`ErrorKind::Other`]: bytes were lost before the next ones.
     async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, ErrorKind> {
         if self.0.overrun.swap(false, Ordering::Relaxed) {
             return Err(ErrorKind::Other);
@@ -146,7 +146,7 @@ impl Read for UartReader {
     }
 }
 
-/// The sending half. Its `write` takes bytes at once or, dropped, none.
+/// The sending half. Its `write` takes bytes at once; if it is dropped before, it takes none.
 pub(crate) struct UartWriter(&'static Uart);
 
 impl ErrorType for UartWriter {

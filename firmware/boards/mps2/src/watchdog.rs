@@ -1,5 +1,5 @@
-//! The watchdog of the CMSDK (Arm DDI 0479, APB watchdog), which runs only while the firmware hangs on
-//! purpose: the emulated time goes on while the host is busy elsewhere, and the board would start over.
+//! The watchdog of the CMSDK (Arm DDI 0479, APB watchdog). It runs only while the firmware hangs deliberately: emulated time
+//! goes on while the host is busy with other work, and a running watchdog would reset the board.
 #![allow(unsafe_code, reason = "addresses of registers")]
 
 use crate::chip;
@@ -18,7 +18,7 @@ const fn register(offset: usize) -> Register {
 /// Hangs, until the watchdog resets the board.
 pub(crate) fn hang() -> ! {
     const KEY: u32 = 0x1ACC_E551;
-    /// It counts, and resets when it has counted to zero twice.
+    /// Counts, and resets the board after the second count to zero.
     const RESETS: u32 = 0b11;
     LOCK.write(KEY);
     LOAD.write(chip::CLOCK_HZ / 1_000_000 * RESET_AFTER_US / 2);

@@ -28,7 +28,7 @@ use static_cell::ConstStaticCell;
 const BITRATE: u32 = 1_000_000;
 /// Clock of the controller (`clocks.rs`), Hz.
 const CLOCK_HZ: u32 = 80_000_000;
-/// Twenty quanta of 50 ns, sampled after 17 of them: 85 %. Embassy's own choice samples at 90 %.
+/// Twenty quanta of 50 ns, sampled after 17 of them: 85 %. Embassy would choose 90 %.
 const PRESCALER: NonZeroU16 = NonZeroU16::new(4).unwrap();
 const SEG1: NonZeroU8 = NonZeroU8::new(16).unwrap();
 const SEG2: NonZeroU8 = NonZeroU8::new(3).unwrap();
@@ -40,13 +40,12 @@ const CHOSEN: BitTiming = BitTiming {
 };
 const _: () = assert!(CHOSEN.is_as_expected(CLOCK_HZ, BITRATE));
 
-/// Frames that may wait for the sensor's task: the controller's own queue holds three, and a bus that
-/// is full brings one in 47 µs at least. What has no room is told as lost.
+/// Frames that may wait for the sensor's task: the controller's own queue holds three, and a full bus brings at most one in
+/// 47 µs. A frame without room is reported as lost.
 const RECEIVED: usize = 32;
-/// Frames that may wait to be sent, besides the controller's three. More would only be late.
+/// Frames that may wait to be sent, besides the controller's three. More would only be sent late.
 const TO_SEND: usize = 1;
-/// Time that 129 times 11 recessive bits take is 1.4 ms; a bus that is quiet for 20 ms has no cable
-/// fault any more.
+/// 129 times 11 recessive bits take 1.4 ms; if the bus is quiet for 20 ms, the fault of the cable is gone.
 const RECOVERY_MS: u32 = 20;
 
 bind_interrupts!(struct Irqs {
@@ -61,14 +60,14 @@ pub(crate) struct Pins {
     pub(crate) tx: Peri<'static, PD1>,
 }
 
-/// FDCAN1.
+/// FDCAN1, and a count of the frames that it has handed over.
 pub(crate) struct Bus(BufferedCan<'static, TO_SEND, RECEIVED>, Handed);
 
 impl Bus {
     /// Starts the controller.
     ///
-    /// # Errors
-    /// [`SensorFault::BitTiming`], by its registers and by the clock that it got: no bus is better than one whose
+    /// [`SensorFault::BitTiming`] if the registers or the clock give another timing: better no bus than one whose bits are
+    /// sometimes misread.
     /// bits others read wrongly now and then.
     pub(crate) fn start(pins: Pins) -> Result<Self, SensorFault> {
         static TX: ConstStaticCell<TxBuf<TO_SEND>> = ConstStaticCell::new(TxBuf::new());
@@ -77,9 +76,9 @@ impl Bus {
         can.set_config(
             FdCanConfig::default()
                 .set_frame_transmit(FrameTransmissionConfig::ClassicCanOnly)
-                // Requests leave in the order in which they were made.
+                // Frames are sent in the order of the requests.
                 .set_tx_buffer_mode(TxBufferMode::Fifo)
-                // The sensor task decides when, and how often.
+                // The sensor task decides when and how often to recover.
                 .set_automatic_bus_off_recovery(false)
                 .set_nominal_bit_timing(NominalBitTiming {
                     prescaler: PRESCALER,
@@ -114,7 +113,7 @@ impl SensorBus for Bus {
 
     async fn receive(&mut self) -> Result<Frame, IoError> {
         self.check()?;
-        // The controller's queue was full, and a frame went by.
+        // The controller's queue was full, and a frame was lost.
         if REGISTERS.ir().read().rfl(0) {
             REGISTERS.ir().write(|w| w.set_rfl(0, true));
             return Err(IoError::Lost);
@@ -122,20 +121,20 @@ impl SensorBus for Bus {
         let taken = can_fifo::taken();
         let envelope = match poll_once(self.0.read()) {
             Poll::Ready(envelope) => envelope,
-            // What was taken out of the controller is neither here nor there.
+            // A frame was taken out of the controller but has not reached the driver's queue.
             Poll::Pending if self.1.misses(taken) => return Err(IoError::Lost),
             Poll::Pending => self.0.read().await,
         };
         if envelope.is_ok() {
             self.1.count();
         }
-        // The controller reports an error of the line together with its state.
+        // The controller reports a line error together with its state.
         let envelope = envelope.map_err(|_| self.check().err().unwrap_or(IoError::Lost))?;
         from_fdcan(&envelope.frame).ok_or(IoError::Lost)
     }
 
     async fn recover(&mut self) -> Result<(), IoError> {
-        // Leaving the initialisation begins the recovery.
+        // Leaving the initialisation mode begins the recovery.
         REGISTERS.cccr().modify(|w| w.set_init(false));
         for _ in 0..RECOVERY_MS {
             Timer::after_millis(1).await;
@@ -154,11 +153,11 @@ impl SensorBus for Bus {
     }
 }
 
-/// Connects input and output inside of the controller, away from the pins, or the pins again (RM0433, FDCAN test
-/// modes). What waits to be sent is given up.
+/// Connects output and input inside of the controller, separate from the pins, or back to the pins (RM0433, FDCAN test
+/// modes). Frames that wait to be sent are dropped.
 async fn hear_itself(on: bool) {
     REGISTERS.cccr().modify(|w| w.set_init(true));
-    // At the end of the frame that is on its way.
+    // The mode changes at the end of the frame that is being sent.
     Timer::after_millis(1).await;
     REGISTERS.cccr().modify(|w| w.set_cce(true));
     REGISTERS.cccr().modify(|w| {
@@ -167,9 +166,9 @@ async fn hear_itself(on: bool) {
     });
     REGISTERS.test().modify(|w| w.set_lbck(on));
     REGISTERS.cccr().modify(|w| w.set_test(on));
-    // Leaving the initialisation protects the configuration again.
+    // Leaving the initialisation mode protects the configuration again.
     REGISTERS.cccr().modify(|w| w.set_init(false));
-    // The driver looks for room when it is interrupted, and what it waited for does not come any more.
+    // The driver checks for room in its interrupt, and the one that it waited for will not come any more.
     interrupt::FDCAN1_IT0.pend();
 }
 

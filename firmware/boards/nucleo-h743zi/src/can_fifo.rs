@@ -1,4 +1,4 @@
-//! Counts what the driver's interrupt takes out of the FIFOs of FDCAN1, from before it to behind it.
+//! Counts the frames that the driver's interrupt takes out of the FIFOs of FDCAN1, by their state before and after it.
 #![allow(unsafe_code, reason = "the contract of Embassy's interrupt handlers")]
 
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
@@ -8,12 +8,12 @@ use softdock_app::can_queue::Fifo;
 
 const FIFOS: usize = 2;
 
-/// Of each FIFO, fill and next element when the interrupt began.
+/// Fill level and next element of each FIFO when the interrupt began.
 static BEGUN: [[AtomicU8; 2]; FIFOS] = [const { [const { AtomicU8::new(0) }; 2] }; FIFOS];
-/// Frames that were taken out since boot; wraps.
+/// Frames taken out since boot; wraps.
 static TAKEN: AtomicU32 = AtomicU32::new(0);
 
-/// Frames that were taken out since boot.
+/// Frames taken out since boot.
 pub(crate) fn taken() -> u32 {
     TAKEN.load(Ordering::Relaxed)
 }
@@ -31,7 +31,7 @@ impl Handler<FDCAN1_IT0> for Before {
     }
 }
 
-/// To be called behind it.
+/// To be called after the driver's handler.
 pub(crate) struct Behind;
 
 impl Handler<FDCAN1_IT0> for Behind {

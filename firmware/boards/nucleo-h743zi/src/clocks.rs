@@ -1,4 +1,4 @@
-//! Clocks: 480 MHz from the 8 MHz that the ST-Link feeds in.
+//! Clocks: 480 MHz from the 8 MHz that the ST-Link supplies.
 
 use cortex_m::peripheral::DWT;
 use embassy_stm32::pac::RCC;
@@ -10,12 +10,11 @@ use embassy_stm32::rcc::{
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{Config, Peripherals};
 
-/// Time for the ST-Link's clock to show, in cycles of the internal oscillator that the chip starts with (64 MHz):
-/// 0.1 s.
+/// Longest wait for the ST-Link's clock, in cycles of the internal oscillator that the chip starts with (64 MHz): 0.1 s.
 const PATIENCE: u32 = 6_400_000;
 
-/// Starts clocks and time driver. Without the ST-Link's clock it says so and waits for the watchdog, which starts the
-/// board over until it is there.
+/// Starts the clocks and the time driver. Without the ST-Link's clock it logs an error and waits for the watchdog, which
+/// resets the board until the clock is there.
 pub(crate) fn start() -> Peripherals {
     if !has_input() {
         defmt::error!(
@@ -29,7 +28,7 @@ pub(crate) fn start() -> Peripherals {
         mode: HseMode::Bypass,
     });
     rcc.hsi = None;
-    // 8 MHz / 1 × 120 = 960 MHz: the processor gets the half, FDCAN 80 MHz.
+    // 8 MHz / 1 × 120 = 960 MHz: the processor gets half of it, FDCAN 80 MHz.
     rcc.pll1 = Some(Pll {
         source: PllSource::HSE,
         prediv: PllPreDiv::DIV1,
@@ -51,7 +50,7 @@ pub(crate) fn start() -> Peripherals {
     embassy_stm32::init(config)
 }
 
-/// Whether the input is fed.
+/// Whether the clock input has a signal.
 fn has_input() -> bool {
     RCC.cr().modify(|w| w.set_hsebyp(true));
     RCC.cr().modify(|w| w.set_hseon(true));

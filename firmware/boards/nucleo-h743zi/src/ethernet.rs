@@ -1,8 +1,7 @@
-//! The Ethernet of the board, for the robot's network or for the EtherCAT segment of the sensor: the MAC,
-//! its buffers, and the LAN8742, by RMII.
+//! The Ethernet of the board, for the robot's network or for the EtherCAT segment of the sensor: the MAC, its buffers, and
+//! the LAN8742, connected by RMII.
 //!
-//! [`watch`] looks after the DMA and the link, see [`softdock_app::ethernet_dma`] and
-//! [`softdock_app::phy`].
+//! [`watch`] supervises the DMA and the link, see [`softdock_app::ethernet_dma`] and [`softdock_app::phy`].
 #![allow(unsafe_code, reason = "buffers in a section of their own")]
 
 use core::mem::MaybeUninit;
@@ -23,21 +22,21 @@ bind_interrupts!(struct Irqs {
     ETH => eth::InterruptHandler;
 });
 
-/// Packets that wait to be sent, and that wait to be looked at: the robot sends one per cycle, the
-/// rest is for other hosts' broadcasts and for telemetry.
+/// Packets that may wait to be sent, and received packets that may wait: the robot sends one per cycle, the others are for
+/// broadcasts of other hosts and for telemetry.
 const TX_PACKETS: usize = 4;
 const RX_PACKETS: usize = 8;
 
 /// The PHY's address on its management bus (UM2407, Ethernet: PHYAD0 is low).
 const PHY_ADDRESS: u8 = 0;
 
-/// Onlookers are told of the robot's network. What a sensor's is like, the sensor's state says.
+/// Whether the state of the link is reported as that of the robot's network. For a sensor, the sensor's state reports it.
 const TOLD: bool = !cfg!(feature = "ethercat");
 
-/// Frames that were received, for [`watch`]; wraps.
+/// Received frames, for [`watch`]; wraps.
 static FRAMES: AtomicU32 = AtomicU32::new(0);
 
-/// Descriptors and packets, where the DMA reaches them.
+/// Descriptors and packets, in memory that the DMA can access.
 #[unsafe(link_section = ".ethernet")]
 static mut QUEUE: MaybeUninit<PacketQueue<TX_PACKETS, RX_PACKETS>> = MaybeUninit::uninit();
 
@@ -81,8 +80,8 @@ pub(crate) fn start(pins: Pins) -> Driver {
     ))
 }
 
-/// The network driver of this board. Another protocol on the same port would wrap it and take its
-/// frames before the network stack sees them.
+/// The network driver of this board. Another protocol on the same port would wrap it and take its frames before the network
+/// stack gets them.
 pub(crate) struct Driver(Ethernet<'static, ETH, Lan8742>);
 
 impl NetworkDriver for Driver {
@@ -113,11 +112,11 @@ impl NetworkDriver for Driver {
     }
 }
 
-/// The PHY. Embassy's own looks at it over the slow management bus whenever the network is polled,
-/// several times in a cycle.
+/// The PHY. Embassy's own driver reads it over the slow management bus whenever the network is polled, several times in a
+/// cycle.
 pub(crate) struct Lan8742(EthernetLink<Bus>);
 
-/// Its management bus.
+/// Management bus of the PHY.
 struct Bus(Sma<'static, ETH_SMA>);
 
 impl Management for Bus {
@@ -135,7 +134,7 @@ impl Phy for Lan8742 {
         self.0.reset();
     }
 
-    /// It is told what to offer when its reset is over, by [`EthernetLink::is_up`].
+    /// [`EthernetLink::is_up`] configures the offered modes after the reset of the PHY.
     fn phy_init(&mut self) {}
 
     fn poll_link(&mut self, cx: &mut Context<'_>) -> bool {
@@ -143,7 +142,7 @@ impl Phy for Lan8742 {
     }
 }
 
-/// Looks after the DMA for ever; for the executor of the network.
+/// Supervises the DMA forever; for the executor of the network.
 #[embassy_executor::task]
 pub(crate) async fn watch() -> ! {
     let mut monitor = DmaMonitor::default();
@@ -166,7 +165,7 @@ pub(crate) async fn watch() -> ! {
     }
 }
 
-/// By the DMA's debug status register (RM0433, 58.11.2, ETH_DMADSR: TPS0 and RPS0).
+/// State of both channels from the DMA's debug status register (RM0433, 58.11.2, ETH_DMADSR: TPS0 and RPS0).
 fn channels() -> (Channel, Channel) {
     let status = REGISTERS.ethernet_dma().dmadsr().read();
     let channel = |state: u8, suspended: u8| match state {
@@ -177,18 +176,18 @@ fn channels() -> (Channel, Channel) {
     (channel(status.rps0(), 0b100), channel(status.tps0(), 0b110))
 }
 
-/// Writing the tail pointer makes the DMA look at its descriptors again.
+/// Writes the tail pointer, which makes the DMA read its descriptors again.
 fn resume() {
     let tail = REGISTERS.ethernet_dma().dmacrx_dtpr();
     tail.write(|w| w.0 = tail.read().0);
 }
 
-/// Stops and starts both directions; the rings stay where they are.
+/// Stops and starts both directions, without a change of the rings.
 async fn restart() {
     let dma = REGISTERS.ethernet_dma();
     dma.dmacrx_cr().modify(|w| w.set_sr(false));
     dma.dmactx_cr().modify(|w| w.set_st(false));
-    // A frame that is on its way ends: 1518 bytes at 100 Mbit/s are 122 µs.
+    // Wait for the end of a frame in progress: 1518 bytes at 100 Mbit/s are 122 µs.
     Timer::after_micros(200).await;
     dma.dmactx_cr().modify(|w| w.set_st(true));
     dma.dmacrx_cr().modify(|w| w.set_sr(true));
@@ -198,7 +197,7 @@ async fn restart() {
 /// A locally administered address made of the chip's unique number, so that two boards on one
 /// network differ.
 pub(crate) fn mac_address() -> [u8; 6] {
-    // Numbers of one wafer differ in a few bytes only: all of them count.
+    // The unique numbers of one wafer differ in a few bytes only, so all bytes are used.
     let [a, b, c, d, e, f, g, h, i, j, k, l] = uid::uid();
     [0x02, a ^ g, b ^ h, c ^ i, d ^ j, e ^ k ^ f ^ l]
 }

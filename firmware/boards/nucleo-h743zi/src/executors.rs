@@ -10,12 +10,12 @@ static CONTROL: InterruptExecutor = InterruptExecutor::new();
 static BACKGROUND: InterruptExecutor = InterruptExecutor::new();
 static SERVICE: InterruptExecutor = InterruptExecutor::new();
 
-/// Starts them. Handlers of devices, above the executors, only move bytes and wake tasks;
-/// embassy-stm32 leaves them at the highest priority, 0.
+/// Starts the executors. The handlers of devices have a higher priority and only move bytes and wake tasks; embassy-stm32
+/// leaves them at the highest priority, 0.
 pub(crate) fn start() -> Spawners {
     Interrupt::UART4.set_priority(Priority::P4);
     Interrupt::UART5.set_priority(Priority::P8);
-    // Below the watchdog's task, which must come round while the service is at work.
+    // Lower than the watchdog's task, which must run while the service is busy.
     Interrupt::UART7.set_priority(Priority::P12);
     Spawners {
         control: CONTROL.start(Interrupt::UART4),

@@ -1,12 +1,11 @@
 //! The last two sectors of flash: two slots for settings.
 //!
-//! The program runs from the first bank, and the sectors lie in the second, so the processor goes on
-//! while one of them is erased, which takes a second or two (STM32H743 data sheet, flash memory
-//! characteristics). The driver waits for it without holding anybody up: Embassy's own waits in a
-//! critical section.
+//! The program runs from the first bank and the sectors lie in the second, so the processor keeps running while one of them
+//! is erased, which takes a second or two (STM32H743 data sheet, flash memory characteristics). The driver waits for that
+//! without blocking other tasks: Embassy's own driver waits in a critical section.
 //!
-//! A word of 32 bytes whose writing was cut off has a wrong check code, and reading it is a bus fault
-//! (RM0433, 4.3.12, error code correction). Words are therefore read with faults held back.
+//! A word of 32 bytes whose writing was interrupted has a wrong check code, and reading it is a bus fault (RM0433, 4.3.12,
+//! error code correction). Therefore words are read with bus faults ignored.
 #![allow(
     unsafe_code,
     reason = "flash is memory that the compiler does not know of"
@@ -25,7 +24,7 @@ use softdock_app::store::{FlashWords, WORD_BYTES};
 
 /// Start of the region SETTINGS of memory.x.
 const START: usize = 0x081C_0000;
-/// A sector.
+/// Size of a sector.
 const SLOT_BYTES: usize = 128 << 10;
 /// Number of the first of the two sectors in the second bank, which begins at 0x0810_0000.
 const FIRST_SECTOR: u8 = 6;
@@ -83,7 +82,7 @@ impl FlashWords for Sectors {
         bank.cr().modify(|w| {
             w.set_ser(true);
             w.set_snb(sector);
-            // 64 bits at once: the fastest.
+            // 64 bits at once, which is fastest.
             w.set_psize(3);
         });
         bank.cr().modify(|w| w.set_start(true));
@@ -99,11 +98,11 @@ fn barrier() {
     cortex_m::asm::dsb();
 }
 
-/// The second bank, ready for a change and without errors of earlier ones.
+/// The second bank, ready for a change and with earlier errors cleared.
 fn unlocked() -> Bank {
     let bank = REGISTERS.bank(1);
     if bank.cr().read().lock() {
-        // The key (RM0433, 4.5.1).
+        // The keys (RM0433, 4.5.1).
         bank.keyr().write_value(0x4567_0123);
         bank.keyr().write_value(0xCDEF_89AB);
     }
@@ -130,7 +129,7 @@ fn clear_errors(bank: Bank) {
     });
 }
 
-/// Waits until the bank is done.
+/// Waits until the bank has finished.
 async fn finished(bank: Bank, longest: Duration, pause: Duration) -> Result<(), NorFlashErrorKind> {
     let give_up = Instant::now() + longest;
     loop {

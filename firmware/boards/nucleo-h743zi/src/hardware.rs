@@ -1,4 +1,4 @@
-//! Which peripherals and pins are for what.
+//! Assignment of peripherals and pins.
 
 use crate::{ethernet, leds, sensor_link, serial};
 use embassy_stm32::peripherals::{FLASH, IWDG1, RNG};
@@ -16,7 +16,7 @@ pub(crate) struct Hardware {
 }
 
 impl Hardware {
-    /// Nothing is started by this.
+    /// Only assigns the peripherals, without starting any.
     pub(crate) fn new(p: Peripherals) -> Self {
         Self {
             watchdog: p.IWDG1,

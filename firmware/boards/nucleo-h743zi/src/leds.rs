@@ -7,7 +7,7 @@ use softdock_app::leds;
 use softdock_app::micro::SHARED;
 use softdock_app::micro::clock::UptimeClock;
 
-/// Their pins.
+/// Pins of the LEDs.
 pub(crate) struct Pins {
     pub(crate) green: Peri<'static, PB0>,
     pub(crate) yellow: Peri<'static, PE1>,
@@ -22,7 +22,7 @@ pub(crate) struct Leds {
 }
 
 impl Leds {
-    /// All dark.
+    /// All LEDs off.
     pub(crate) fn new(pins: Pins) -> Self {
         Self {
             green: Output::new(pins.green, Level::Low, Speed::Low),

@@ -11,7 +11,7 @@
 //! | settings | two slots in the last sectors of flash | [`flash`] |
 //! | watchdog | IWDG, fed by completed work | [`watchdog`] |
 //! | peripherals and pins | by their use | [`hardware`] |
-//! | caches | both on, but for what others reach as well | [`memory`] |
+//! | caches | both on, except for memory that other devices access | [`memory`] |
 //!
 //! Network, sensor and robot have the executor of highest priority; log, LEDs and watchdog the next;
 //! the service the lowest. Between interrupts the processor sleeps. Nothing allocates.
@@ -80,14 +80,14 @@ const IDENTITY: Identity = Identity {
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    // The executors begin when all that the start takes of the stack is free again.
+    // The executors begin after the start has freed its stack.
     cortex_m::interrupt::free(|_| start());
     loop {
         cortex_m::asm::wfi();
     }
 }
 
-/// Starts everything, with interrupts off: it takes much of the stack.
+/// Starts everything, with interrupts off; uses much of the stack.
 #[inline(never)]
 fn start() {
     let Some(mut core) = cortex_m::Peripherals::take() else {
@@ -128,7 +128,7 @@ fn start() {
     send(spawners.service, serve(prepared, hardware.serial));
 }
 
-/// Guards of memory, caches and the counter of cycles.
+/// Starts the memory guards, the caches and the cycle counter.
 fn prepare_core(core: &mut cortex_m::Peripherals) {
     softdock_crash::arm(&mut core.SCB, &mut core.MPU);
     memory::start_caches(core);
@@ -142,7 +142,7 @@ fn boot_number(rng: Peri<'static, RNG>) -> u32 {
     Rng::new(rng, Irqs).next_u32()
 }
 
-/// Starts network, sensor and robot on the executor that it runs on.
+/// Starts network, sensor and robot on its own executor.
 #[embassy_executor::task]
 async fn control(
     settings: BoardSettings,
@@ -182,7 +182,7 @@ async fn robot_task(
     robot.run(&mut port, &UptimeClock, &mut queue).await;
 }
 
-/// Runs the parameter service until the board is to start over.
+/// Runs the parameter service until it asks for a restart.
 #[embassy_executor::task]
 async fn serve(prepared: Prepared<Flash>, pins: serial::Pins) {
     let Ok((reader, writer)) = serial::open(pins) else {

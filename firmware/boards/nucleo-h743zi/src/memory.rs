@@ -1,30 +1,29 @@
-//! Caches, and the memory that they must leave alone (memory.x).
+//! Caches, and the memory that must not be cached (memory.x).
 #![allow(unsafe_code, reason = "registers of the memory protection unit")]
 
 use cortex_m::Peripherals;
 use cortex_m::peripheral::MPU;
 
-/// A region that is not cached: its first address, a multiple of its size, and the logarithm of that.
+/// A region that is not cached: its first address, a multiple of its size, and the binary logarithm of that size.
 struct Region {
     start: u32,
     log2: u32,
 }
 
-/// In the order of their numbers; the last of the unit's eight is the guard of the stack.
+/// In the order of their region numbers; the last of the unit's eight regions is the guard of the stack.
 const UNCACHED: [Region; 3] = [
     // Initialised data, with the control block of the log: 4 KiB.
     Region {
         start: 0x2400_0000,
         log2: 12,
     },
-    // UNCACHED: packets of the Ethernet, what outlives a reset, the log. Written behind a cache, the
-    // last would be lost: 32 KiB.
+    // UNCACHED: packets of the Ethernet, data that survives a reset, the log: 32 KiB. With a cache, the last writes before a
+    // reset would be lost.
     Region {
         start: 0x2407_8000,
         log2: 15,
     },
-    // SETTINGS: flash is written behind the cache's back, and read again to see whether it was:
-    // 256 KiB.
+    // SETTINGS: flash is written without the cache, and read again to verify it: 256 KiB.
     Region {
         start: 0x081C_0000,
         log2: 18,
@@ -42,8 +41,8 @@ pub(crate) fn start_caches(core: &mut Peripherals) {
     core.SCB.enable_dcache(&mut core.CPUID);
 }
 
-/// Armv7-M Architecture Reference Manual, B3.5.8 and B3.5.9. Everything else is as in the default map,
-/// which `softdock_crash::arm` has chosen together with the unit.
+/// Excludes a region from the cache (Armv7-M Architecture Reference Manual, B3.5.8 and B3.5.9). Everything else is as in the
+/// default map, which `softdock_crash::arm` selected when it enabled the unit.
 fn set_uncached(mpu: &mut MPU, number: u32, region: &Region) {
     const VALID: u32 = 1 << 4;
     const NEVER_EXECUTED: u32 = 1 << 28;

@@ -1,10 +1,9 @@
-//! Why the chip started.
+//! Cause of the last reset.
 
 use embassy_stm32::pac::RCC;
 
-/// By the flags of the reset status register, which are cleared for the next time. A reset from inside
-/// sets the flag of the pin as well, power-up that of the brown-out too: the special ones come first
-/// (RM0433, 8.4.4).
+/// Reads the flags of the reset status register and clears them for the next time. A reset from inside also sets the flag of
+/// the pin, and power-up also sets that of the brown-out, so the more specific flags are checked first (RM0433, 8.4.4).
 pub(crate) fn reason() -> &'static str {
     let flags = RCC.rsr().read();
     RCC.rsr().modify(|w| w.set_rmvf(true));

@@ -11,9 +11,9 @@ use softdock_app::sensor;
 use softdock_app::settings::BoardSettings;
 use softdock_link::sensor::SensorFault;
 
-/// What the sensor takes beside the Ethernet.
+/// What the sensor uses besides the Ethernet.
 pub(crate) type Hardware = Result<Bus, SensorFault>;
-/// The robot's network.
+/// The driver of the robot's network.
 pub(crate) type Network = ethernet::Driver;
 
 /// Starts the sensor's bus.
@@ -21,7 +21,7 @@ pub(crate) fn prepare(pins: Pins) -> Hardware {
     Bus::start(pins)
 }
 
-/// Starts the sensor's task; the robot's network.
+/// Starts the sensor's task; returns the driver of the robot's network.
 pub(crate) async fn start(
     spawner: &Spawner,
     settings: &BoardSettings,

@@ -11,17 +11,17 @@ use softdock_app::micro::start::spawn;
 use softdock_app::sensor;
 use softdock_app::settings::{BoardSettings, EtherCatSettings};
 
-/// What the robot's network takes in place of the on-board Ethernet.
+/// What the robot's network uses instead of the on-board Ethernet.
 pub(crate) type Hardware = Pins;
-/// The robot's network.
+/// The driver of the robot's network.
 pub(crate) type Network = w5500::Driver;
 
-/// Its task starts the chip.
+/// Only passes the pins on; the chip is started by its task.
 pub(crate) fn prepare(pins: Pins) -> Hardware {
     pins
 }
 
-/// Starts the sensor's task; the robot's network.
+/// Starts the sensor's task; returns the driver of the robot's network.
 pub(crate) async fn start(
     spawner: &Spawner,
     settings: &BoardSettings,

@@ -1,4 +1,4 @@
-//! The serial port of the parameter service: USART3, which the ST-Link hands on to USB (CN1).
+//! The serial port of the parameter service: USART3, which the ST-Link forwards to USB (CN1).
 
 use embassy_stm32::peripherals::{PD8, PD9, USART3};
 use embassy_stm32::usart::{
@@ -9,8 +9,8 @@ use static_cell::ConstStaticCell;
 
 /// Bits per second.
 const BAUD_RATE: u32 = 115_200;
-/// Bytes that may wait for the service: 40 ms, while it is interrupted or writes flash; what is lost
-/// is sent again.
+/// Received bytes that may wait for the service: 40 ms, while it is interrupted or writes flash. The other side repeats lost
+/// bytes.
 const RECEIVE_BYTES: usize = 512;
 /// Bytes that may wait to be sent.
 const SEND_BYTES: usize = 256;

@@ -23,17 +23,17 @@ use softdock_app::micro::ethernet_link::tell;
 use softdock_app::w5500::{Buffer, Chip, FRAME_BYTES, Health, run};
 use static_cell::StaticCell;
 
-/// Clock of the bus. The chip takes 33 MHz (data sheet, 5.5.4); from SPI1's 80 MHz that leaves 20.
+/// Clock of the bus. The chip allows 33 MHz (data sheet, 5.5.4); from SPI1's 80 MHz, 20 MHz is the nearest below.
 const CLOCK: Hertz = Hertz::mhz(20);
-/// Packets that wait to be looked at, and that wait to be sent.
+/// Received packets that may wait, and packets that may wait to be sent.
 const RX_PACKETS: usize = 8;
 const TX_PACKETS: usize = 4;
 
-/// For the chip's own clock to be there, ms.
+/// Time for the chip's own clock to start, ms.
 const RESET_MS: u64 = 100;
 
-/// What the DMA reads and writes: it reaches neither the stack nor what only a cache holds, so it gets memory of the
-/// section that is made for the Ethernet's.
+/// Buffer of the DMA, which can access neither the stack nor data that is only in a cache. So it lies in the section for the
+/// Ethernet.
 #[unsafe(link_section = ".ethernet")]
 static mut BUFFER: Buffer = [0; size_of::<Buffer>()];
 
@@ -53,7 +53,7 @@ pub(crate) struct Pins {
     pub(crate) spi: Peri<'static, SPI1>,
     /// D13.
     pub(crate) sck: Peri<'static, PA5>,
-    /// D11, with the solder bridge as delivered: PB5. PA7 is the Ethernet's.
+    /// D11, with the solder bridge as delivered: PB5. PA7 belongs to the Ethernet.
     pub(crate) mosi: Peri<'static, PB5>,
     /// D12.
     pub(crate) miso: Peri<'static, PA6>,
@@ -68,7 +68,7 @@ pub(crate) struct Pins {
     pub(crate) reset: Peri<'static, PF12>,
 }
 
-/// Resets the chip; the network driver, and what moves packets between both. None if it was started before.
+/// Resets the chip; returns the network driver and the task that moves packets between both. None if it was started before.
 pub(crate) async fn start(pins: Pins) -> Option<(Driver, Runner)> {
     static STATE: StaticCell<State<FRAME_BYTES, RX_PACKETS, TX_PACKETS>> = StaticCell::new();
     let state = STATE.try_init_with(State::new)?;
@@ -80,7 +80,7 @@ pub(crate) async fn start(pins: Pins) -> Option<(Driver, Runner)> {
     let select = Output::new(pins.select, Level::High, Speed::VeryHigh);
     let Ok(device) = ExclusiveDevice::new(bus, select, Delay);
     let interrupt = ExtiInput::new(pins.interrupt, pins.exti, Pull::Up, Irqs);
-    // Data sheet, 5.5.1: half a millisecond of reset, and one until its clock is there.
+    // Data sheet, 5.5.1: half a millisecond of reset, and one until the chip's clock has started.
     let mut reset = Output::new(pins.reset, Level::Low, Speed::Low);
     Timer::after_millis(1).await;
     reset.set_high();
@@ -98,17 +98,17 @@ pub(crate) async fn start(pins: Pins) -> Option<(Driver, Runner)> {
     Some((driver, runner))
 }
 
-/// What moves packets between chip and driver.
+/// Moves packets between chip and driver.
 pub(crate) struct Runner {
     chip: Chip<'static, Bus>,
     interrupt: ExtiInput<'static, Async>,
     frames: channel::Runner<'static, FRAME_BYTES>,
-    /// Dropped, the pin would be let go.
+    /// Kept, because dropping it would release the pin.
     _reset: Output<'static>,
 }
 
 impl Runner {
-    /// Runs for ever.
+    /// Runs forever.
     pub(crate) async fn run(mut self) -> Infallible {
         let mut answered = true;
         let low = async || self.interrupt.wait_for_low().await;
