@@ -1,4 +1,4 @@
-//! The driver of an EtherCAT sensor: which exchange gives a reading, and when it starts the SubDevice anew.
+//! The driver of an EtherCAT sensor: which exchange gives a reading, and when the driver restarts the SubDevice.
 
 use softdock_link::ethercat::{
     ATI_VENDOR, AtiSubDevice, Control, EtherCatConfig, Exchange, Inputs, Product, Setup, StartUp,
@@ -6,7 +6,7 @@ use softdock_link::ethercat::{
 };
 use softdock_link::sensor::{SensorDriver, SensorFault, SensorReading, SensorState};
 
-/// Time after which readings are believed, µs.
+/// Time after which readings are accepted, µs.
 const BELIEVED_US: u64 = 25_000;
 
 /// Time after which an exchange is lost, µs.
@@ -35,7 +35,7 @@ fn setup() -> Setup {
     }
 }
 
-/// A driver with a SubDevice that answers as it is told.
+/// A driver with a SubDevice whose answers the test controls.
 struct Bench {
     driver: AtiSubDevice,
     now_us: u64,
@@ -65,7 +65,7 @@ impl Bench {
         bench
     }
 
-    /// The outputs of the exchange that is asked for next; nothing may be asked for instead.
+    /// The outputs of the next exchange; any other request fails the test.
     fn ask(&mut self) -> [u8; 8] {
         let asked = self.driver.poll_transmit(self.now_us);
         assert!(matches!(asked, Some(Exchange::Outputs(_))), "{asked:?}");
@@ -89,7 +89,7 @@ impl Bench {
         self.driver.receive(&answer, self.now_us + 100)
     }
 
-    /// An exchange with a new sample, and the time until the next.
+    /// Runs an exchange with a new sample, and waits until the next.
     fn exchange(&mut self) -> Option<SensorReading> {
         self.ask();
         self.sample = self.sample.wrapping_add(7);
@@ -125,7 +125,7 @@ fn the_bias_is_cleared_first_and_the_filter_set() {
     assert_eq!(bench.ask()[0], 0x20);
 }
 
-/// Cleared for 20 ms, believed 5 ms later, to the microsecond.
+/// The bias is cleared for 20 ms, and readings are accepted 5 ms later, both exact to the microsecond.
 #[test]
 fn a_reading_is_believed_when_the_bias_has_settled() {
     for (at_us, cleared) in [(19_999, 0x24), (20_000, 0x20)] {
@@ -136,7 +136,7 @@ fn a_reading_is_believed_when_the_bias_has_settled() {
     for (at_us, believed) in [(BELIEVED_US - 1, false), (BELIEVED_US, true)] {
         let mut bench = Bench::operational();
         bench.exchange();
-        // It is answered 100 µs later.
+        // The answer comes 100 µs later.
         bench.now_us = at_us - 100;
         assert_eq!(bench.exchange().is_some(), believed, "{at_us}");
     }
@@ -160,7 +160,7 @@ fn an_exchange_is_asked_for_once_in_a_period_and_waited_for() {
     bench.ask();
 }
 
-/// Running is who has measured and whose last exchange was whole; whose last one failed is about to be again.
+/// Running: there was a reading, and the last exchange was complete. Resynchronising: the last exchange failed.
 #[test]
 fn the_state_says_what_the_last_exchanges_were() {
     let mut bench = Bench::operational();

@@ -4,7 +4,7 @@
 use proptest::prelude::*;
 use softdock_link::service::{Frame, FrameError, FrameReader, Kind, PAYLOAD_MAX_BYTES};
 
-/// Payloads of the frames that arrive, and how many were damaged.
+/// Payloads of the frames that arrive, and the number of damaged ones.
 fn receive(line: &[u8]) -> (Vec<Vec<u8>>, usize) {
     let mut reader = FrameReader::new();
     let (mut good, mut bad) = (Vec::new(), 0);
@@ -41,7 +41,7 @@ fn a_frame_comes_back_whole() {
     assert_eq!(read.payload, [0, 1, 0, 0, 255]);
 }
 
-/// The longest payload fits, one more does not; of zeros, of bytes without any, and mixed.
+/// The longest payload fits, one more byte does not: with zeros only, without zeros, and mixed.
 #[test]
 fn payloads_have_a_largest_size() {
     for filling in [[0, 0], [7, 7], [0, 9]] {
@@ -59,8 +59,8 @@ fn payloads_have_a_largest_size() {
     }
 }
 
-/// Three frames, every byte of the middle one flipped in every bit, dropped, or doubled: the frames
-/// around it arrive, and it never arrives as something else.
+/// Three frames, with every byte of the middle one flipped in every bit, dropped, or doubled: the other two frames arrive,
+/// and the middle one never arrives with another content.
 #[test]
 fn a_damaged_byte_costs_one_frame_at_most() {
     let payloads = [b"first\0\0".to_vec(), (0..=255).collect(), b"last".to_vec()];
@@ -91,8 +91,8 @@ fn a_damaged_byte_costs_one_frame_at_most() {
     assert_eq!(check(&lines[1], "undamaged"), 3);
 }
 
-/// A line that is no service's tells how it differs: a checksum that fails is a noisy line, bytes without an end are
-/// another speed or another program.
+/// The reader tells how a line differs from that of the service: a wrong checksum means a noisy line; bytes without an end
+/// mean another speed or another program.
 #[test]
 fn bytes_without_an_end_are_too_long_for_a_frame() {
     let mut reader = FrameReader::new();
@@ -106,7 +106,7 @@ fn bytes_without_an_end_are_too_long_for_a_frame() {
 
 #[test]
 fn an_unknown_kind_is_no_frame() {
-    // Kind 1 becomes 9 and the checksum is made for it: a later version of the protocol.
+    // Kind 1 becomes 9, with a matching checksum, as in a later version of the protocol.
     let mut plain = vec![1, 9, 0, 0, 0, 0, 0, 0];
     let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&plain);
     plain.extend(crc.to_le_bytes());
@@ -121,7 +121,7 @@ fn an_unknown_kind_is_no_frame() {
 }
 
 proptest! {
-    /// Noise of any length, then a frame: it arrives, and noise is never taken for one.
+    /// Noise of any length, then a frame: the frame arrives, and noise is never taken for one.
     #[test]
     fn a_frame_is_found_behind_noise(noise in prop::collection::vec(any::<u8>(), 0..3000), payload in prop::collection::vec(any::<u8>(), 0..PAYLOAD_MAX_BYTES)) {
         let line = [noise, frame(9, &payload)].concat();
@@ -129,7 +129,7 @@ proptest! {
         prop_assert_eq!(good, vec![payload]);
     }
 
-    /// Any payload comes back.
+    /// Any payload is received unchanged.
     #[test]
     fn any_payload_comes_back(sequence: u16, payload in prop::collection::vec(any::<u8>(), 0..PAYLOAD_MAX_BYTES)) {
         prop_assert_eq!(receive(&frame(sequence, &payload)), (vec![payload], 0));

@@ -1,4 +1,4 @@
-//! The SLCAN adapter as its clients see it.
+//! The SLCAN adapter from the view of its clients.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
@@ -145,7 +145,7 @@ fn an_overlong_line_is_refused_as_a_whole() {
         assert_eq!(replies, "\x07z\r");
         assert_eq!(events, [SlcanEvent::Frame(standard(0x200, &[]))]);
     }
-    // Exactly as long as the buffer, and still no frame.
+    // Exactly as long as the buffer, but still not a frame.
     let (replies, events) = send(
         &mut adapter_after("O\r"),
         &[b"t".repeat(32), b"\r".to_vec()].concat(),

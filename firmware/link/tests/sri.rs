@@ -153,7 +153,7 @@ fn other_frames_are_counted_and_change_nothing() {
 }
 
 proptest! {
-    /// Each reading carries its number in all six axes; frames are lost, readings are 1 ms apart.
+    /// Each reading has its number in all six axes; frames are lost, and readings are 1 ms apart.
     #[test]
     fn lost_frames_never_mix_readings(lost in prop::collection::vec(0..8_u8, 1..100)) {
         let mut driver = running();

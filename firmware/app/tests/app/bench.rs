@@ -16,7 +16,7 @@ use std::net::SocketAddr;
 
 /// The robot's cycle, µs.
 pub(crate) const CYCLE_US: u64 = 4_000;
-/// When the first telegram comes; the sensor has started up by then, µs.
+/// Time of the first telegram, after the start of the sensor, µs.
 pub(crate) const FIRST_TELEGRAM_US: u64 = 40_000;
 /// Correction X of one cycle of [`flying`]: 10 mm/s · 4 ms = 0.04 mm, with four decimals.
 pub(crate) const CRUISE_COUNTS: i64 = 400;
@@ -38,7 +38,7 @@ pub(crate) fn flying() -> BoardSettings {
     let mut settings = BoardSettings::default();
     settings.control.body_k.velocity_m_s = [0.01, 0.0, 0.0];
     settings.control.body_q.fixed = true;
-    // The robot of these telegrams does not answer the corrections.
+    // The simulated robot does not execute the corrections.
     settings.control.delay.law = softdock_control::delay::LawName::None;
     settings
 }
@@ -48,14 +48,13 @@ pub(crate) struct Bench {
     pub(crate) shared: &'static Shared<NoopRawMutex>,
     pub(crate) tasks: Vec<Task>,
     tags: Tags,
-    /// What the robot says in its next telegrams; the time stamp is set by [`Self::cycle`].
+    /// Content of the next telegrams; the time stamp is set by [`Self::cycle`].
     pub(crate) says: RobTelegram,
     pub(crate) next_at_us: u64,
 }
 
 impl Bench {
-    /// A board before the first telegram, with a sensor that runs. It starts by itself if
-    /// `auto_start`.
+    /// A board before the first telegram, with a running sensor. It starts automatically if `auto_start` is set.
     pub(crate) fn new(settings: &BoardSettings, auto_start: bool) -> Self {
         let mut bench = Self::switched_on(settings, auto_start);
         bench.run_to(FIRST_TELEGRAM_US - 1);
@@ -106,7 +105,7 @@ impl Bench {
         bench
     }
 
-    /// A further handle on the world, for a task.
+    /// Another handle on the world, for a task.
     pub(crate) fn handle(&self) -> Handle {
         self.world.clone()
     }
@@ -123,7 +122,7 @@ impl Bench {
         self.status().fault.map(|fault| fault.code)
     }
 
-    /// Asserts a latched fault with its numbers.
+    /// Asserts a latched fault and its numbers.
     pub(crate) fn assert_fault(&self, code: FaultCode, expected: f64, received: f64) {
         let status = self.status();
         assert_eq!(status.mode, Mode::Fault);
@@ -135,7 +134,7 @@ impl Bench {
         run(&self.world, &mut self.tasks, at_us);
     }
 
-    /// A telegram as it is sent next.
+    /// The next telegram of the robot.
     pub(crate) fn telegram(&self) -> Vec<u8> {
         self.telegram_at(self.says.ipoc)
     }
@@ -152,14 +151,14 @@ impl Bench {
         self.says.ipoc - CYCLE_US / 1000
     }
 
-    /// Lets telegrams be lost.
+    /// Skips telegrams, as if the network had lost them.
     pub(crate) fn lose(&mut self, telegrams: u64) {
         self.says.ipoc += telegrams * CYCLE_US / 1000;
         self.next_at_us += telegrams * CYCLE_US;
     }
 
-    /// Has datagrams arrive at the time of the next telegram, in its place, and runs to the end of
-    /// the cycle; the answers.
+    /// Delivers datagrams at the time of the next telegram, instead of it, and runs to the end of the cycle; returns the
+    /// answers.
     pub(crate) fn datagrams(&mut self, datagrams: &[(&[u8], SocketAddr)]) -> Vec<Sent> {
         let answered = self.world().answers.len();
         for (bytes, from) in datagrams {
@@ -179,7 +178,7 @@ impl Bench {
         answers.pop()
     }
 
-    /// One telegram of the robot; its answer.
+    /// Sends one telegram of the robot; returns the answer.
     pub(crate) fn cycle(&mut self) -> SenTelegram {
         let (ipoc, telegram) = (self.says.ipoc, self.telegram());
         let answer = self.datagram(&telegram, robot()).expect("an answer");
@@ -195,7 +194,7 @@ impl Bench {
         }
     }
 
-    /// One cycle with a command of the operator; its record.
+    /// Runs one cycle with a command of the operator; returns its record.
     pub(crate) fn command(&mut self, command: Command) -> CycleRecord {
         self.shared.commands.try_send(command).unwrap();
         self.cycle();

@@ -23,7 +23,7 @@ fn the_controller_is_brought_back_after_a_pause() {
     assert_eq!(bench.world().recoveries_us, [off_us + PAUSE_US]);
     assert_eq!(bench.status().bus_offs, 1);
     assert_eq!(bench.status().sensor, Some(SensorState::Running));
-    // The fault stays until the operator has looked.
+    // The fault stays until the operator resets it.
     assert_eq!(bench.status().mode, Mode::Fault);
     assert_eq!(bench.command(Command::Reset).trace.mode, Mode::Hold);
 }
@@ -74,7 +74,7 @@ fn a_frame_makes_the_retries_start_over() {
     }
 }
 
-/// A bus that nobody acknowledges has no room: neither the answers nor the reset wait for it.
+/// If no node acknowledges, the transmit queue stays full: neither the answers nor the reset wait for it.
 #[test]
 fn a_full_transmit_queue_holds_nothing_up() {
     let mut bench = Bench::cruising(&flying());

@@ -32,7 +32,7 @@ fn an_automatic_start_waits_for_the_sensor() {
     bench.world().sensor.behaviour = Behaviour::Silent;
     bench.cycles(100);
     assert_eq!(bench.status().mode, Mode::Hold);
-    // It does not ask for what is refused.
+    // The automatic start gives no command that would be refused.
     assert_eq!(bench.status().refusal, None);
     bench.world().sensor.behaviour = Behaviour::Healthy;
     bench.cycles(100);
@@ -47,12 +47,12 @@ fn an_automatic_start_is_not_repeated_after_a_stop() {
     bench.cycles(200);
     assert_eq!(bench.status().mode, Mode::Hold);
     assert_eq!(counts(&bench.cycle()), [0; 6]);
-    // An operator may start again.
+    // The operator may start again.
     assert_eq!(bench.command(Command::Arm).trace.mode, Mode::Armed);
     assert_eq!(bench.command(Command::Start).trace.mode, Mode::Running);
 }
 
-/// What a restart of the board would cut off.
+/// The state that a restart of the board would interrupt.
 #[test]
 fn the_board_says_that_it_moves_until_a_stop_has_faded_out() {
     let mut bench = Bench::new(&flying(), false);
@@ -119,7 +119,7 @@ fn an_automatic_start_gives_way_to_an_operator() {
     }
 }
 
-/// By itself it knows, too, that it has started or failed.
+/// It ends also at its own start or at a fault.
 #[test]
 fn an_automatic_start_is_for_once() {
     for mode in [Mode::Running, Mode::Fault] {
@@ -131,7 +131,7 @@ fn an_automatic_start_is_for_once() {
     }
 }
 
-/// A robot that starts anew before the loop is closed does not end the automatic start.
+/// A new run of the robot before the loop is closed does not end the automatic start.
 #[test]
 fn an_automatic_start_survives_a_new_run_before_it() {
     let mut bench = Bench::new(&flying(), true);
@@ -157,7 +157,7 @@ fn a_refused_command_shows_until_one_is_accepted() {
     assert_eq!(sensor_resets(&bench), 0);
 }
 
-/// A sensor whose data do not allow the reset is started over; then the reset is accepted.
+/// A reset that is refused because of the sensor's data restarts the sensor; after that it is accepted.
 #[test]
 fn a_reset_starts_a_faulty_sensor_over() {
     let mut bench = Bench::cruising(&flying());
@@ -168,7 +168,7 @@ fn a_reset_starts_a_faulty_sensor_over() {
     assert_eq!(refused.trace.refusal, Some(Refusal::SensorUnhealthy));
     assert_eq!(bench.status().sensor, Some(SensorState::Starting));
     bench.world().sensor.status = 0;
-    // An impatient operator does not keep it from starting.
+    // Repeated resets do not prevent the sensor from starting.
     for _ in 0..10 {
         assert!(bench.command(Command::Reset).trace.refusal.is_some());
     }
@@ -195,7 +195,7 @@ fn a_reset_leaves_a_healthy_sensor_alone() {
     bench.cycles(3);
     assert_eq!(sensor_resets(&bench), 0);
 
-    // Nor does it take the sensor away from a closed loop.
+    // A reset does not restart the sensor while the loop is closed.
     let mut bench = Bench::cruising(&flying());
     bench.command(Command::Reset);
     bench.cycles(20);
@@ -203,7 +203,7 @@ fn a_reset_leaves_a_healthy_sensor_alone() {
     assert_eq!(sensor_resets(&bench), 0);
 }
 
-/// Before anything ran there is no fault to leave: the reset is meant for the sensor.
+/// In Idle there is no fault to reset, so the reset concerns the sensor.
 #[test]
 fn a_reset_in_idle_starts_the_sensor_over() {
     let mut bench = Bench::new(&flying(), false);

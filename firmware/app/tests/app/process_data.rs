@@ -1,5 +1,5 @@
-//! A sensor that is no CAN sensor: the process data of an EtherCAT SubDevice, with counts and status
-//! of 32 bits. It goes through the same task, and the cycle cannot tell.
+//! A sensor that is not on CAN: process data of an EtherCAT SubDevice, with counts and status of 32 bits. It uses the same
+//! task, and the cycle sees no difference.
 
 use crate::bench::{Bench, START_CYCLES, flying};
 use crate::world::Task;
@@ -35,9 +35,9 @@ struct Inputs {
 #[derive(Default)]
 struct SubDevice {
     inputs: Inputs,
-    /// It gives the same inputs for ever, as one that was restarted does.
+    /// The inputs never change, as after a restart of the SubDevice.
     stands: bool,
-    /// It is not operational: the working counter is 0.
+    /// The SubDevice is not operational: the working counter is 0.
     off: bool,
 }
 
@@ -135,7 +135,7 @@ impl SensorDriver for Driver {
     }
 }
 
-/// A board with this sensor in place of the CAN sensor, moving at full speed.
+/// A board with this sensor instead of the CAN sensor, moving at full speed.
 fn cruising() -> (Bench, Rc<RefCell<SubDevice>>, Rc<RefCell<u32>>) {
     let mut bench = Bench::switched_on(&flying(), true);
     let device = Rc::<RefCell<SubDevice>>::default();

@@ -1,4 +1,4 @@
-//! Several datagrams that wait at once.
+//! Several datagrams that wait at the same time.
 
 use crate::bench::{Bench, CRUISE_COUNTS, CYCLE_US, counts, flying, robot, stranger};
 use crate::world::Event;
@@ -21,7 +21,7 @@ fn the_newest_of_two_is_answered() {
     assert_eq!((link.overtaken, link.lost), (1, 1));
 }
 
-/// What counts is which the robot has sent later, not which has arrived later.
+/// The order in which the robot sent them counts, not the order of arrival.
 #[test]
 fn one_that_was_overtaken_on_its_way_does_not_displace_the_newer_one() {
     let mut bench = Bench::cruising(&flying());
@@ -123,8 +123,8 @@ fn a_flood_behind_a_telegram_does_not_hold_its_answer_up() {
     assert_eq!(ipocs, [ipoc, ipoc + CYCLE_MS]);
 }
 
-/// The robot waits from when it has sent, not from when the board reads what waits in its queue: here for the sample of
-/// the telegram before.
+/// The robot's waiting time begins when it sends, not when the board reads the telegram from its queue. Here the board still
+/// waits for the sample of the previous telegram.
 #[test]
 fn the_time_in_the_queue_belongs_to_an_answer() {
     let mut bench = Bench::new(&flying(), false);

@@ -1,4 +1,4 @@
-//! Each cycle is recorded once, whatever happens around it.
+//! Each cycle is recorded exactly once.
 
 use crate::bench::{Bench, CYCLE_US, flying, robot, stranger};
 use crate::world::Event;
@@ -26,7 +26,7 @@ fn each_cycle_is_recorded_once() {
     assert!(ipocs.min().unwrap());
 }
 
-/// What a look at the board tells of its answers, on one that cannot count its processor's cycles.
+/// Statistics of the answers, on a board that cannot count its processor's cycles.
 #[test]
 fn answers_are_measured_against_the_cycle_of_the_robot() {
     let mut bench = Bench::new(&flying(), false);

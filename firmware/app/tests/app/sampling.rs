@@ -55,7 +55,7 @@ fn a_dead_sensor_delays_an_answer_by_the_wait_at_most() {
     bench.world().sensor.behaviour = Behaviour::Silent;
     bench.cycles(20);
     let delays = delays_us(&bench, start_us);
-    // The answer to the first request is missed after 8 ms; then nothing is waited for.
+    // The answer to the first request is awaited for 8 ms; after that the board does not wait any more.
     assert_eq!(delays[..2], [wait_us; 2]);
     assert_eq!(delays[2..], [0; 18]);
 }
@@ -84,12 +84,12 @@ fn no_wait_is_no_wait() {
     assert_eq!(delays_us(&bench, start_us), [0; START_CYCLES]);
 }
 
-/// A reading on its way serves the telegram; a second request would only delay it.
+/// A request in progress serves the telegram; a second one would only delay the reading.
 #[test]
 fn a_request_on_its_way_is_not_repeated() {
     let mut bench = Bench::new(&flying(), false);
     bench.cycles(3);
-    // Silence: the sensor is polled at its own pace.
+    // Without telegrams, the sensor is polled at its own rate.
     bench.lose(100);
     let from_us = bench.next_at_us - 8 * CYCLE_US;
     bench.run_to(bench.next_at_us);
@@ -103,7 +103,7 @@ fn a_request_on_its_way_is_not_repeated() {
     assert_eq!(delays_us(&bench, poll_us + 200), [EXCHANGE_US - 200]);
 }
 
-/// Telegrams that nobody served leave one request behind, not one each.
+/// Telegrams that were not served leave one request altogether, not one each.
 #[test]
 fn unserved_telegrams_do_not_pile_up() {
     let mut bench = Bench::new(&flying(), false);
@@ -118,7 +118,7 @@ fn unserved_telegrams_do_not_pile_up() {
     assert_eq!(bench.status().sensor, Some(SensorState::Running));
 }
 
-/// Frames that come at the instant of a telegram, a deadline and a request are all taken.
+/// Frames that arrive at the time of a telegram, a deadline and a request are all received.
 #[test]
 fn no_frame_is_lost_when_everything_comes_at_once() {
     for exchange_us in [CYCLE_US, CYCLE_US / 2, 5_000, 1_000] {

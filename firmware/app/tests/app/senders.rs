@@ -1,4 +1,4 @@
-//! Who is the robot, and what is a telegram: strangers, malformed and oversize datagrams.
+//! Which sender is the robot, and which datagrams are telegrams: other computers, malformed and oversize datagrams.
 
 use crate::bench::{Bench, CYCLE_US, FIRST_TELEGRAM_US, counts, flying, robot, stranger};
 use crate::sensor::Behaviour;
@@ -9,18 +9,18 @@ use softdock_control::modes::{FaultCode, Mode};
 use softdock_control::settings::CorrectionMode;
 use std::net::SocketAddr;
 
-/// The robot's computer, but another program on it.
+/// Another program on the robot's computer.
 fn other_port() -> SocketAddr {
     SocketAddr::new(robot().ip(), robot().port() + 1)
 }
 
-/// A run of 60 cycles; `foreign` comes in the middle of each.
+/// A run of 60 cycles; `foreign` sends datagrams in the middle of each.
 fn run_with(foreign: Option<SocketAddr>) -> Bench {
     let mut bench = Bench::new(&flying(), true);
     bench.cycle();
     for _ in 1..60 {
         if let Some(from) = foreign {
-            // A new run, were it the robot's.
+            // From the robot, this telegram would begin a new run.
             let telegram = bench.telegram_at(5);
             let at_us = bench.next_at_us - CYCLE_US / 2;
             for bytes in [telegram, b"<Rob>".to_vec(), Vec::new()] {
@@ -57,10 +57,10 @@ fn only_the_configured_address_is_the_robot() {
     assert_eq!(bench.datagram(&telegram, stranger()), None);
     assert_eq!(bench.status().link.foreign, 1);
     assert!(!bench.status().connected);
-    // Its port is free to choose.
+    // The settings do not fix the port.
     let telegram = bench.telegram();
     assert!(bench.datagram(&telegram, other_port()).is_some());
-    // However long the robot is silent, nobody else takes its place.
+    // However long the robot is silent, no other sender replaces it.
     bench.lose(1000);
     let telegram = bench.telegram();
     assert_eq!(bench.datagram(&telegram, stranger()), None);
@@ -73,7 +73,7 @@ fn another_sender_becomes_the_robot_after_a_silence_only() {
     bench.lose(99);
     let telegram = bench.telegram();
     assert_eq!(bench.datagram(&telegram, stranger()), None);
-    // Its time stamp would be the robot's next one.
+    // Its time stamp is the one that the robot would send next.
     let ipoc = bench.last_record().inputs.robot.counter + 4;
     let telegram = bench.telegram_at(ipoc);
     let answer = bench.datagram(&telegram, stranger()).unwrap();
@@ -128,7 +128,7 @@ fn what_cannot_be_answered_is_not() {
         assert_eq!(bench.datagram(bytes, robot()), None);
     }
     assert_eq!(bench.status().link.malformed, 5);
-    // Nobody is the robot because of a malformed telegram.
+    // A malformed telegram does not make its sender the robot.
     let mut bench = Bench::new(&flying(), false);
     let bytes = damaged(&bench);
     assert_eq!(bench.datagram(&bytes, stranger()), None);
@@ -136,7 +136,7 @@ fn what_cannot_be_answered_is_not() {
     assert_eq!(bench.status().link.foreign, 0);
 }
 
-/// The duplicate of a telegram gets its own answer, whatever came in between.
+/// The duplicate of a telegram gets the same answer, even after a malformed telegram in between.
 #[test]
 fn a_malformed_telegram_leaves_the_last_answer_alone() {
     let mut bench = Bench::cruising(&flying());

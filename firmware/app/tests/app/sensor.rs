@@ -11,12 +11,12 @@ const STREAM_PERIOD_US: u64 = 1_000;
 /// Readings that the streaming sensor sends for one start command.
 const STREAM_READINGS: u64 = 2_000;
 
-/// What a sensor does with a request for gauges.
+/// Reaction of the sensor to a request for gauges.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) enum Behaviour {
     #[default]
     Healthy,
-    /// Answers nothing, whatever is asked.
+    /// Answers no request at all.
     Silent,
     /// The frame with the even gauges is lost.
     LosesFirstHalf,
@@ -31,8 +31,7 @@ pub(crate) struct Sensor {
     pub(crate) status: u16,
     pub(crate) behaviour: Behaviour,
     pub(crate) exchange_us: u64,
-    /// The last gauge changes by a count with each reading, the streamed Tz by last bits, as real
-    /// ones do.
+    /// With each reading the last gauge changes by one count and the streamed Tz by its last bits, as on real sensors.
     pub(crate) flickers: bool,
     /// What the streaming sensor sends after a start command.
     pub(crate) streamed: [f32; 6],
@@ -67,7 +66,7 @@ impl Default for Sensor {
 }
 
 impl Sensor {
-    /// The frames that follow a request, and how long after it they come, µs.
+    /// The frames that answer a request, each with its time after the request, µs.
     pub(crate) fn answer(&mut self, request: &Frame) -> Vec<(u64, Frame)> {
         if self.behaviour == Behaviour::Silent {
             return Vec::new();

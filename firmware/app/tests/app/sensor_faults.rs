@@ -7,7 +7,7 @@ use softdock_control::limits::LimitFlags;
 use softdock_control::modes::{Command, FaultCode, Mode, Refusal};
 use softdock_link::sensor::SensorState;
 
-/// One exchange fails in this way, then the sensor is healthy again; the counters.
+/// Lets one exchange fail in this way, after which the sensor is healthy again.
 fn fails_once(behaviour: Behaviour) -> Bench {
     let mut bench = Bench::cruising(&flying());
     bench.world().sensor.behaviour = behaviour;
@@ -62,7 +62,7 @@ fn a_silent_sensor_ramps_down_and_faults() {
     assert!(last.abs() < CRUISE_COUNTS / 10);
     assert_eq!(counts(&bench.cycle()), [0; 6]);
     bench.assert_fault(FaultCode::SensorStale, fault.into(), f64::from(fault + 1));
-    // Nobody can leave the fault without a sensor.
+    // The fault cannot be reset without a sensor.
     let refused = bench.command(Command::Reset);
     assert_eq!(refused.trace.refusal, Some(Refusal::SensorStale));
 }
@@ -103,7 +103,7 @@ fn a_saturated_gauge_faults() {
     }
 }
 
-/// By default, in contact: the model is held from the third equal reading on, and the sixth latches.
+/// With default settings, in contact: the model is held from the third equal reading on, and the sixth latches a fault.
 #[test]
 fn frozen_words_fault() {
     let mut bench = Bench::cruising(&flying());
@@ -151,7 +151,7 @@ fn a_saturated_stream_faults() {
     let mut bench = Bench::switched_on(&settings, true);
     bench.world().sensor.streamed = [0.0, 0.0, -10.0, 0.0, 0.0, 0.0];
     bench.cycles(20);
-    // It cannot even be armed.
+    // Not even arming is possible.
     let refused = Some((Command::Arm, Refusal::SensorUnhealthy));
     assert_eq!(bench.status().refusal, refused);
     assert_eq!(bench.status().mode, Mode::Hold);

@@ -35,7 +35,7 @@ fn matrix_counts_and_units_are_asked_for_and_used() {
         assert_eq!((sample.counts, sample.status), (GAUGES.map(i32::from), 0));
         assert!(sample.counter > 0 && !sample.saturated);
         for (received, expected) in sample.wrench.iter().zip(WRENCH) {
-            // Counts per unit are whole numbers on the wire.
+            // Counts per unit are integers in the protocol.
             assert!((received / expected - 1.0).abs() < 5e-3, "{sample:?}");
         }
     }

@@ -1,4 +1,4 @@
-//! Duplicates, gaps, new runs, and what the robot says about the answers.
+//! Duplicates, gaps, new runs, and what the robot reports about the answers.
 
 use crate::bench::{Bench, CRUISE_COUNTS, CYCLE_US, START_CYCLES, counts, flying, robot};
 use crate::sensor::Behaviour;
@@ -25,14 +25,14 @@ fn a_duplicate_gets_the_same_bytes_and_no_cycle() {
     assert_eq!(bench.last_record(), before.1);
     assert_eq!(bench.status().link.cycles, before.0.cycles);
     assert_eq!(bench.status().link.duplicates, before.0.duplicates + 3);
-    // The next telegram goes on from there.
+    // The next telegram continues from there.
     bench.says.ipoc = ipoc + CYCLE_US / 1000;
     assert_cruise(counts(&bench.cycle()));
     assert_eq!(bench.last_record().inputs.robot.sequence, Sequence::Next);
     assert_eq!(bench.status().link.lost, 0);
 }
 
-/// What a network lets overtake is not a robot that starts anew: an absolute offset is held.
+/// A telegram that was overtaken in the network does not begin a new run: an absolute offset is held.
 #[test]
 fn an_old_telegram_that_comes_late_changes_nothing() {
     let mut bench = Bench::cruising(&settings(CorrectionMode::Absolute));
@@ -88,7 +88,7 @@ fn a_time_stamp_that_jumps_is_a_new_run() {
     }
 }
 
-/// A controller may begin with a telegram of its counter alone: the box is about the first pose that comes.
+/// The first telegram of a controller may contain only the counter: the box is then centred on the first pose that comes.
 #[test]
 fn a_run_that_begins_without_a_pose_has_its_box_where_the_robot_is() {
     let mut bench = Bench::new(&flying(), true);
@@ -117,7 +117,7 @@ const CAUSES: [Cause; 7] = [
         bench.world().sensor.gauges[1] = i16::MIN;
     }),
     (FaultCode::Overload, |bench| {
-        // 31 N·m of the 20 that are allowed.
+        // 31 N·m; 20 are allowed.
         bench.world().sensor.gauges[3] = 31_000;
     }),
     (FaultCode::SensorStale, |bench| {
@@ -126,7 +126,7 @@ const CAUSES: [Cause; 7] = [
     }),
 ];
 
-/// Settings in which every cause of [`CAUSES`] is a fault.
+/// Settings with which every cause of [`CAUSES`] is a fault.
 fn settings(mode: CorrectionMode) -> softdock_app::settings::BoardSettings {
     let mut settings = flying();
     settings.control.robot.correction_mode = mode;
@@ -157,7 +157,7 @@ fn an_absolute_offset_is_held_in_every_fault() {
         cause(&mut bench);
         let held = counts(&bench.cycle());
         assert_eq!(bench.fault(), Some(code));
-        // A silent sensor takes some cycles, in which the motion fades out.
+        // A silent sensor is detected after some cycles, in which the motion fades out.
         let cycles = if code == FaultCode::SensorStale { 5 } else { 0 };
         let moved = held[0] - before[0];
         assert!(
@@ -209,7 +209,7 @@ fn a_clamping_robot_freezes_the_model_and_then_faults() {
     bench.cycle();
     bench.assert_fault(FaultCode::SustainedClamp, 25.0, 26.0);
 
-    // Bit 0 only says that POSCORR is there.
+    // Bit 0 only says that POSCORR is active.
     let mut bench = Bench::cruising(&flying());
     bench.says.poscorr_stat = Some(1);
     bench.cycle();

@@ -1,4 +1,4 @@
-//! A robot that falls silent.
+//! A robot that stops sending.
 
 use crate::bench::{Bench, CYCLE_US, counts, flying};
 use softdock_control::modes::{Command, FaultCode, Mode};
@@ -39,7 +39,7 @@ fn commands_from_before_a_new_run_are_dropped() {
     }
     bench.cycles(10);
     assert_eq!(bench.status().mode, Mode::Idle);
-    // Within a run they are carried out one by one.
+    // Within a run, commands are executed one by one.
     for command in [Command::Hold, Command::Arm, Command::Start] {
         bench.shared.commands.try_send(command).unwrap();
     }

@@ -1,5 +1,4 @@
-//! The CAN bus behind a serial line: frames pass whole, whatever comes on the line and whenever a
-//! wait is given up.
+//! The CAN bus behind a serial line: frames stay complete, whatever arrives on the line and whenever a wait is cancelled.
 
 use embassy_futures::poll_once;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
@@ -9,7 +8,7 @@ use softdock_app::slcan_bus::SlcanBus;
 use softdock_link::can::{Frame, Id};
 use std::task::Poll;
 
-/// One direction of a line that holds so many bytes.
+/// One direction of a line, with room for `BYTES`.
 type Line<const BYTES: usize> = Pipe<NoopRawMutex, BYTES>;
 
 fn frame(id: u16) -> Frame {
@@ -89,7 +88,7 @@ fn a_client_that_does_not_read_gets_whole_frames_when_it_reads_again() {
         .filter(|id| poll_once(bus.send(&frame(*id))).is_ready())
         .collect();
     assert!((20..40).contains(&sent.len()), "{} frames", sent.len());
-    // What the client does not take may not keep frames from coming in.
+    // Output that the client does not read must not block incoming frames.
     say(&input, "t12320102\r");
     assert_eq!(poll_once(bus.receive()), Poll::Ready(Ok(frame(0x123))));
 

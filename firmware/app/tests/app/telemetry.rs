@@ -30,7 +30,7 @@ fn recorder() -> SocketAddr {
     "192.168.1.5:49200".parse().unwrap()
 }
 
-/// A network that can be held up.
+/// A network that can be blocked.
 #[derive(Clone, Default)]
 struct Network {
     sent: Rc<RefCell<Vec<Vec<u8>>>>,
@@ -63,7 +63,7 @@ impl DatagramSink for Network {
         })
         .await;
         self.sent.borrow_mut().push(datagram.to_vec());
-        // Every third is lost, which the numbers tell and nothing else.
+        // Every third is lost, which shows only in the sequence numbers.
         match self.sent.borrow().len() % 3 {
             0 => Err(IoError::Lost),
             _ => Ok(()),
@@ -118,7 +118,7 @@ impl Telemetry {
         run(&self.world, &mut self.tasks, self.now_us);
     }
 
-    /// Kind, number of the part, sequence, lost, and the cycle of a record.
+    /// Kind, part number, sequence number, number of lost records, and the cycle of a record.
     fn sent(&self) -> Vec<(Kind, u8, u32, u32, Option<u64>)> {
         let sent = self.network.sent.borrow();
         let read = |datagram: &Vec<u8>| {
@@ -182,7 +182,7 @@ fn every_cycle_of_a_board_is_sent_once_with_all_its_numbers() {
     assert_eq!(received, records);
 }
 
-/// The cycle goes on whatever the network does; what had no room is told with the next record.
+/// The cycle goes on whatever the network does; the number of dropped records comes with the next record.
 #[test]
 fn a_jammed_network_costs_records_and_no_cycle() {
     let mut telemetry = Telemetry::new(Network::default());
@@ -192,8 +192,8 @@ fn a_jammed_network_costs_records_and_no_cycle() {
         telemetry.queue.record(&record(cycle));
         telemetry.run_for(4_000);
     }
-    // One waits in the socket, which holds the last datagram's place until it is gone, one in the
-    // encoder's hands; its slot is free already.
+    // One waits in the socket, which occupies the last datagram's place until it is sent; another is in the encoder, and its
+    // slot is already free.
     let kept = DATAGRAMS + 1 + SLOTS;
     telemetry.network.jam(false);
     telemetry.run_for(4_000);
@@ -204,7 +204,7 @@ fn a_jammed_network_costs_records_and_no_cycle() {
     let sent = telemetry.sent();
     let lost = sent.last().map(|last| last.3);
     assert_eq!(lost, Some(50 - kept as u32));
-    // Nothing was lost behind the queue.
+    // After the queue, nothing was lost.
     let sequences = sent.iter().map(|sent| sent.2);
     assert!(sequences.eq(0..sent.len() as u32));
 }

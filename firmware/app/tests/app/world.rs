@@ -1,7 +1,7 @@
 //! Bus, socket, clock and recorder in virtual time, and the executor that runs the tasks on them.
 //!
-//! A task is polled only when it was woken, so that a lost wake-up shows. All that happens at one
-//! time has happened before any task is polled.
+//! A task is polled only if it was woken, so a missing wake-up is noticed. All events of one time happen before any task is
+//! polled.
 
 use crate::sensor::Sensor;
 use softdock_app::board::{Clock, DatagramSocket, IoError, Recorder, SensorBus};
@@ -17,12 +17,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::task::{Context, Poll, Wake, Waker};
 
-/// What happens to the board from outside.
+/// An event outside of the board.
 #[derive(Clone, Debug)]
 pub(crate) enum Event {
     Frame(Result<Frame, IoError>),
     Datagram(Vec<u8>, SocketAddr),
-    /// Socket and bus are gone.
+    /// Socket and bus are closed.
     Close,
 }
 
@@ -34,7 +34,7 @@ pub(crate) struct Sent {
     pub(crate) to: SocketAddr,
 }
 
-/// What waits for a task, and the task.
+/// Items that wait for a task, and the waker of that task.
 #[derive(Debug)]
 struct Inbox<T> {
     items: VecDeque<T>,
@@ -74,13 +74,13 @@ pub(crate) struct World {
     arrivals: Vec<(SocketAddr, u64)>,
     closed: bool,
     pub(crate) sensor: Sensor,
-    /// Frames of the board, and when they were sent.
+    /// Frames sent by the board, with their times.
     pub(crate) requests: Vec<(u64, Frame)>,
     pub(crate) answers: Vec<Sent>,
     pub(crate) records: Vec<CycleRecord>,
-    /// The controller is bus-off until it is recovered.
+    /// The controller is bus-off until its recovery.
     pub(crate) bus_off: bool,
-    /// Recoveries do not last.
+    /// The bus fails again after each recovery.
     pub(crate) cable_broken: bool,
     /// The transmit queue is full and stays so.
     pub(crate) transmit_full: bool,
@@ -114,7 +114,7 @@ impl World {
         self.frames.wake();
     }
 
-    /// Lets the clock jump to the next time at which something happens, if that is not too late.
+    /// Advances the clock to the next time at which something happens, unless that is later than `until_us`.
     fn advance(&mut self, until_us: u64) -> bool {
         let alarm = self.alarms.iter().map(|(at, _)| *at).min();
         let event = self.events.keys().next().map(|(at, _)| *at);
@@ -306,7 +306,7 @@ impl Task {
     }
 }
 
-/// Runs the tasks until a time; they are at rest then.
+/// Runs the tasks until a time; at that time they are all waiting.
 pub(crate) fn run(world: &Handle, tasks: &mut [Task], until_us: u64) {
     loop {
         let mut turns = 0;

@@ -1,4 +1,4 @@
-//! What may happen between two looks at the mode.
+//! Events that may happen between two checks of the mode.
 
 use crate::rig::Rig;
 use crate::table::Column;
@@ -9,11 +9,11 @@ use softdock_link::rsi::RobTelegram;
 /// An event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Event {
-    /// On data that are fit.
+    /// With valid data.
     Command(Command),
-    /// Beside a gauge at its range.
+    /// With a gauge at the limit of its range.
     Blind(Command),
-    /// On a reading that is too old to be integrated, and not so old that it is a fault.
+    /// With a reading that is too old to be integrated, but not so old that it is a fault.
     Stale(Command),
     Quiet,
     NewRun,
@@ -35,7 +35,7 @@ pub(crate) enum Event {
     Contact,
 }
 
-/// Those that need fit data.
+/// Commands that need valid data.
 const DEMANDING: [Command; 4] = [
     Command::Arm,
     Command::Start,
@@ -84,7 +84,7 @@ impl Event {
             .chain(others)
     }
 
-    /// Where the table speaks of it.
+    /// The column of the table for this event.
     pub(crate) fn column(self) -> Column {
         match self {
             Self::Command(command) => match command {
@@ -118,7 +118,7 @@ impl Event {
         }
     }
 
-    /// Lets it happen.
+    /// Applies the event to the rig.
     pub(crate) fn happen(self, rig: &mut Rig) {
         rig.moved = false;
         let as_ever = |_: &mut RobTelegram| {};

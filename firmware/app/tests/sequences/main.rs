@@ -15,7 +15,7 @@ use rig::{Rig, Row};
 use std::thread;
 use table::Table;
 
-/// Tries all sequences of up to so many further events, and counts them.
+/// Tries all sequences of up to `depth` more events, and returns their number.
 fn explore(rig: &Rig, table: &Table, path: &mut Vec<Event>, depth: usize) -> u64 {
     if depth == 0 {
         return 1;
@@ -27,7 +27,7 @@ fn explore(rig: &Rig, table: &Table, path: &mut Vec<Event>, depth: usize) -> u64
         path.push(event);
         event.happen(&mut next);
         let (found, expected) = (next.row(), table.next(before, event));
-        // What stops in the two zero cycles of a start, or at the turning points of a jog, is at rest already.
+        // A stop in the two zero cycles of a start, or at the turning points of a jog, is complete at once.
         let at_rest = (expected, found) == (Row::Stopping, Row::Hold);
         assert!(
             found == expected || at_rest,
@@ -43,7 +43,7 @@ fn explore(rig: &Rig, table: &Table, path: &mut Vec<Event>, depth: usize) -> u64
     tried
 }
 
-/// From every row of the table, in parallel.
+/// Starts from every row of the table, in parallel.
 fn explore_all(depth: usize) -> u64 {
     let table = Table::read();
     thread::scope(|scope| {

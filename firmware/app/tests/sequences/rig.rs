@@ -1,5 +1,4 @@
-//! The robot's link with its cycle, and a robot and a sensor that do as they are told. Every answer is read and
-//! checked.
+//! The robot's link with its cycle, and a robot and a sensor that the test controls. Every answer is parsed and checked.
 
 use crate::event::Event;
 use core::net::SocketAddr;
@@ -45,7 +44,7 @@ impl Row {
     }
 }
 
-/// Cycles of the start: two of zero and the ramp.
+/// Cycles of a start: two with zero velocity, and the ramp.
 const START_CYCLES: u32 = 27;
 const CYCLE_MS: u64 = 4;
 const FIRST_IPOC: u64 = 1_000_000;
@@ -58,9 +57,9 @@ pub(crate) struct Rig {
     pub(crate) late_answers: u32,
     /// Cycles since the last start.
     running: u32,
-    /// The last cycle has sent a velocity.
+    /// Whether the last cycle sent a velocity.
     fading: bool,
-    /// A correction that is not zero was sent in the last event.
+    /// Whether the last event sent a correction that is not zero.
     pub(crate) moved: bool,
 }
 
@@ -69,7 +68,7 @@ fn robot() -> SocketAddr {
 }
 
 impl Rig {
-    /// In Idle, connected, with a spacecraft that flies at 10 mm/s.
+    /// In Idle, connected, with a spacecraft that moves at 10 mm/s.
     fn new() -> Self {
         let mut settings = BoardSettings::default();
         settings.rsi.robot_ip = "192.168.1.10".try_into().unwrap();
@@ -89,7 +88,7 @@ impl Rig {
         rig
     }
 
-    /// In a row of the table.
+    /// A rig in the given row of the table.
     pub(crate) fn in_row(row: Row) -> Self {
         let mut rig = Self::new();
         let (hold, arm, start) = (Command::Hold, Command::Arm, Command::Start);
@@ -125,7 +124,7 @@ impl Rig {
         }
     }
 
-    /// A new reading of the sensor, which flickers.
+    /// A new reading of the sensor, with the usual flicker.
     pub(crate) fn sample(&mut self, change: impl FnOnce(&mut SensorSample)) {
         let counts = [0, 0, 0, 0, 0, i32::from(self.sensor.counts[5] == 0)];
         self.sensor = SensorSample {
@@ -136,12 +135,12 @@ impl Rig {
         change(&mut self.sensor);
     }
 
-    /// One cycle in which nothing happens.
+    /// One cycle without an event.
     pub(crate) fn cycle(&mut self) {
         self.spoiled(|_| {});
     }
 
-    /// One cycle with a spoiled sample.
+    /// One cycle with a changed sample.
     pub(crate) fn spoiled(&mut self, change: impl FnOnce(&mut SensorSample)) {
         self.sample(change);
         self.telegram(|_| {}, None);
@@ -155,7 +154,7 @@ impl Rig {
         self.ipoc -= 1000 * CYCLE_MS;
     }
 
-    /// The next telegram, and its answer.
+    /// Sends the next telegram and checks the answer.
     pub(crate) fn telegram(
         &mut self,
         change: impl FnOnce(&mut RobTelegram),
@@ -177,14 +176,14 @@ impl Rig {
         };
     }
 
-    /// The last telegram again: the same answer, and no cycle.
+    /// Repeats the last telegram: the same answer, and no cycle.
     pub(crate) fn repeat(&mut self) {
         let before = self.link.last_answer().to_vec();
         let bytes = self.written(|_| {});
         let Incoming::Telegram(report) = self.receive(&bytes, robot()) else {
             panic!("a telegram was not read");
         };
-        // What was answered without a cycle before is a telegram like any other.
+        // If the first one was answered without a cycle, the repeated one is an ordinary telegram.
         match self.link.follow(&report) {
             None => assert_eq!(self.link.last_answer(), before),
             Some(sequence) => {
@@ -195,7 +194,7 @@ impl Rig {
         }
     }
 
-    /// A telegram of which only the counter can be read: it is answered with rest.
+    /// A telegram of which only the counter is readable: the answer is zero.
     pub(crate) fn unreadable(&mut self) {
         self.ipoc += CYCLE_MS;
         let bytes = format!(
@@ -238,7 +237,7 @@ impl Rig {
         self.link.receive(bytes, from, self.ipoc * 1000)
     }
 
-    /// The answer bears the counter of its telegram and the correction of its cycle.
+    /// Checks that the answer contains the counter of its telegram and the correction of its cycle.
     fn check(&mut self, answer: &[u8], correction: [i64; 6]) {
         let answer = parse_sen(answer, &tags()).expect("an answer");
         assert_eq!(answer.ipoc, self.ipoc);

@@ -5,7 +5,7 @@ use crate::rig::Row;
 
 const PAGE: &str = include_str!("../../../../docs/modes.md");
 
-/// Its columns, in their order.
+/// Columns of the table, in order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Column {
     Hold,
@@ -29,7 +29,7 @@ const COLUMNS: usize = 13;
 pub(crate) struct Table([[Row; COLUMNS]; 8]);
 
 impl Table {
-    /// As the page has it.
+    /// Reads the table from the page.
     pub(crate) fn read() -> Self {
         Self(Row::ALL.map(|row| {
             let head = format!("| {row:?} |");
@@ -47,7 +47,7 @@ impl Table {
         }))
     }
 
-    /// Where an event leads.
+    /// The row that follows an event.
     pub(crate) fn next(&self, row: Row, event: Event) -> Row {
         self.0[row as usize][event.column() as usize]
     }

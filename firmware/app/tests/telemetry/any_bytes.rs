@@ -1,4 +1,4 @@
-//! Whatever comes from the network, it is read or refused.
+//! Any bytes from the network are either parsed or refused.
 
 use proptest::prelude::*;
 use softdock_app::record::CycleRecord;
@@ -110,7 +110,7 @@ proptest! {
         prop_assert!(Part::read(&bytes).is_err());
     }
 
-    /// A checksum does not protect from a firmware that writes nonsense.
+    /// A valid checksum does not exclude nonsense written by the firmware.
     #[test]
     fn any_message_is_survived(bytes in prop::collection::vec(any::<u8>(), 0..3000)) {
         let _ = read_record(&bytes);

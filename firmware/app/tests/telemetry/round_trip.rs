@@ -1,4 +1,4 @@
-//! What is written is read again, bit for bit.
+//! Written data are read back bit for bit.
 
 use proptest::prelude::*;
 use softdock_app::image::{IMAGE_MAX_BYTES, Image};
@@ -23,13 +23,13 @@ fn datagrams<'a>(parts: impl Iterator<Item = Part<'a>>) -> Vec<Datagram> {
         .collect()
 }
 
-/// The message of its datagrams.
+/// The message that the datagrams contain.
 fn message(datagrams: &[Datagram]) -> Vec<u8> {
     let parts = datagrams.iter().map(|bytes| Part::read(bytes).unwrap());
     parts.flat_map(|part| part.payload.to_vec()).collect()
 }
 
-/// Any record: every number is any pattern of bits.
+/// Any record, with any bit pattern as each number.
 fn any_record() -> impl Strategy<Value = CycleRecord> {
     let reals = prop::collection::vec(any::<u64>().prop_map(f64::from_bits), 32);
     (
@@ -73,7 +73,7 @@ proptest! {
         prop_assert_eq!((first.kind, first.part, first.sequence), (Kind::Record, 0, 0));
         prop_assert_eq!((first.boot, first.schema, first.lost), (boot, schema(), lost));
         let received = read_record(&message(&sent)).unwrap();
-        // NaN is not equal to itself, its text is.
+        // NaN is not equal to itself, but its text is.
         prop_assert_eq!(format!("{received:?}"), format!("{record:?}"));
         let mut again = Stream::new(boot);
         again.set_lost(lost);

@@ -66,9 +66,9 @@ pub(crate) struct Bus(BufferedCan<'static, TO_SEND, RECEIVED>, Handed);
 impl Bus {
     /// Starts the controller.
     ///
-    /// [`SensorFault::BitTiming`] if the registers or the clock give another timing: better no bus than one whose bits are
-    /// sometimes misread.
-    /// bits others read wrongly now and then.
+    /// # Errors
+    /// [`SensorFault::BitTiming`] if the registers or the clock give another timing: better no bus than one whose bits
+    /// other nodes sometimes misread.
     pub(crate) fn start(pins: Pins) -> Result<Self, SensorFault> {
         static TX: ConstStaticCell<TxBuf<TO_SEND>> = ConstStaticCell::new(TxBuf::new());
         static RX: ConstStaticCell<RxBuf<RECEIVED>> = ConstStaticCell::new(RxBuf::new());

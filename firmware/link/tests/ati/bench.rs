@@ -11,7 +11,7 @@ pub(crate) const GAUGES: [i16; 6] = [1, -2, 3, -4, 5, -6];
 /// Answers come this long after their request.
 const ANSWER_TIME_US: u64 = 300;
 
-/// A calibration that single precision holds exactly.
+/// A calibration that is exact in single precision.
 pub(crate) fn calibration() -> AtiCalibration {
     let mut matrix = [[0.0; 6]; 6];
     for (row, factors) in matrix.iter_mut().enumerate() {
@@ -50,7 +50,7 @@ pub(crate) struct Bench {
     pub(crate) driver: AtiDriver,
     pub(crate) device: AtiDevice,
     pub(crate) now_us: u64,
-    /// Changes or drops what the sensor sends.
+    /// Changes or drops a frame of the sensor.
     pub(crate) tamper: fn(Frame) -> Option<Frame>,
 }
 
@@ -64,20 +64,20 @@ impl Bench {
         }
     }
 
-    /// A bench whose driver is running.
+    /// A bench with a running driver.
     pub(crate) fn running() -> Self {
         let mut bench = Self::new();
         assert_eq!(bench.run(10), SensorState::Running);
         bench
     }
 
-    /// The next request; the time goes on to it.
+    /// Advances the time to the next request and returns it.
     pub(crate) fn request(&mut self) -> Option<Frame> {
         self.now_us = self.now_us.max(self.driver.next_deadline_us());
         self.driver.poll_transmit(self.now_us)
     }
 
-    /// The next request and its answer.
+    /// Sends the next request and its answer; returns the reading.
     pub(crate) fn step(&mut self, gauges: [i16; 6], status: u16) -> Option<SensorReading> {
         let request = self.request()?;
         let answer = self.device.answer(&request, gauges, status);
@@ -88,7 +88,7 @@ impl Bench {
             .last()
     }
 
-    /// Several steps, and the state after them.
+    /// Runs several steps; returns the state after them.
     pub(crate) fn run(&mut self, steps: usize) -> SensorState {
         for _ in 0..steps {
             self.step(GAUGES, 0);

@@ -1,4 +1,4 @@
-//! Status bits, saturation, restart, and a sensor that changes under the driver's hands.
+//! Status bits, saturation, restart, and a sensor whose calibration changes while the driver reads it.
 
 use softdock_link::can::ati::{AtiConfig, AtiDriver, ForceUnit, TorqueUnit};
 use softdock_link::sensor::{SensorFault, SensorState};
@@ -56,14 +56,14 @@ fn reads_the_recorded_sample() {
 #[test]
 fn a_sensor_that_was_exchanged_is_refused() {
     let changed = SensorState::Failed(SensorFault::CalibrationChanged);
-    // Other counts per unit: the first fence sees them.
+    // Other counts per unit: detected by the first check.
     let mut bench = Bench::running();
     bench.device = device_in(ForceUnit::Kilonewton, TorqueUnit::NewtonMetre);
     bench.request();
     assert_eq!(bench.run(1), changed);
     assert_eq!(bench.driver.calibration(), None);
 
-    // The same counts of another unit: the second fence sees it.
+    // The same counts of another unit: detected by the second check.
     let mut bench = Bench::running();
     bench.tamper = |answer| match opcode(&answer) {
         0x8 => Some(frame(0x208, &[4, 3])),

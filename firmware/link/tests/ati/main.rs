@@ -1,4 +1,4 @@
-//! The ATI driver against the simulated sensor, on simulated time.
+//! The ATI driver with the simulated sensor, in simulated time.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

@@ -71,7 +71,7 @@ fn an_answer_that_nobody_asked_for_is_dropped() {
     assert_eq!(bench.driver.counters().late, 2);
 }
 
-/// What the bus does to one exchange.
+/// Disturbance of one exchange by the bus.
 #[derive(Clone, Copy, Debug)]
 struct Weather {
     request_lost: bool,
@@ -92,7 +92,7 @@ fn weather() -> impl Strategy<Value = Weather> {
     )
 }
 
-/// Lives through the weather, one entry per request, and checks every reading. The sensor puts the number of the
+/// Runs the exchanges with these disturbances, one per request, and checks every reading. The sensor writes the number of the
 /// request into its gauges.
 fn survive(weather: &[Weather]) -> Result<u32, TestCaseError> {
     let mut driver = AtiDriver::new(AtiConfig::default());

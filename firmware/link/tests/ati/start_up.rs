@@ -56,7 +56,7 @@ fn units_become_newtons_and_newton_metres() {
         bench.run(10);
         let wrench = bench.step(GAUGES, 0).unwrap().wrench;
         for (wrench, expected) in wrench.iter().zip(expected) {
-            // Whole counts per unit: 1000 per N are only 10 per gf.
+            // Counts per unit are integers: 1000 per N are only 10 per gf.
             assert!((wrench / expected - 1.0).abs() < 0.03, "{force:?} {wrench}");
         }
     }
@@ -132,7 +132,7 @@ fn a_sensor_that_does_not_say_who_it_is_still_reads() {
 fn a_lost_answer_is_asked_for_again_though_readings_do_not_depend_on_it() {
     let mut bench = Bench::new();
     bench.request();
-    // One fence, and ten queries.
+    // One check, and ten queries.
     assert_eq!(bench.run(11), SensorState::Running);
     let identity = bench.driver.identity();
     assert_eq!(identity.serial_number, Some(*b"FT000001"));
@@ -158,7 +158,7 @@ fn a_silent_sensor_is_reported_and_found_when_it_wakes_up() {
     assert_eq!(bench.driver.poll_transmit(again_us - 1), None);
 
     bench.tamper = Some;
-    // One fence, because the last answer may still come, and ten queries.
+    // One check, because the last answer may still come, and ten queries.
     assert_eq!(bench.run(11), SensorState::Running);
     assert_eq!(bench.driver.calibration(), Some(&calibration()));
 }

@@ -1,4 +1,4 @@
-//! Our answer: what is written, read back, and read by an independent reader.
+//! The board's answer: written, read back, and read by an independent parser.
 
 use proptest::prelude::*;
 use softdock_link::decimal::Decimal;

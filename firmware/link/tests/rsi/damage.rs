@@ -30,7 +30,7 @@ fn a_telegram_that_is_cut_off_anywhere_is_an_error() {
     }
 }
 
-/// Bytes that look like XML, so that the scanner gets far.
+/// Bytes that look like XML, so that the scanner does not stop at once.
 fn markup_soup() -> impl Strategy<Value = Vec<u8>> {
     let pieces = vec![
         "<", ">", "/>", "</", "=", "'", "\"", " ", "\t", "\0", "<!--", "-->", "<?", "?>", "&",

@@ -1,10 +1,10 @@
-//! Telegrams as public drivers and simulators write them.
+//! Telegrams in the style of public drivers and simulators.
 
 use softdock_link::rsi::{
     Field, Name, RobTelegram, RsiError, Tags, parse_rob, salvage_ipoc, write_rob,
 };
 
-/// Tags of a robot that sends POSCORR's status.
+/// Tags for a robot that sends POSCORR's status.
 pub(crate) fn tags() -> Tags {
     Tags {
         poscorr_stat: Some(Name::new("PosStat").unwrap()),

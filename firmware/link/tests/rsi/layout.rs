@@ -1,4 +1,4 @@
-//! The robot's telegram in any layout that XML allows.
+//! The robot's telegram in every layout that XML allows.
 
 use proptest::prelude::*;
 use softdock_link::rsi::{RobTelegram, parse_rob, write_rob};
@@ -43,7 +43,7 @@ fn attributes(names: Vec<&'static str>) -> impl Strategy<Value = String> {
         })
 }
 
-/// An element with attributes only, closed in either way.
+/// An element with attributes only, as an empty element or with an end tag.
 fn element(name: &'static str, names: Vec<&'static str>) -> impl Strategy<Value = String> {
     (attributes(names), white_space(), any::<bool>()).prop_map(move |(attributes, space, empty)| {
         if empty {
@@ -62,7 +62,7 @@ fn text_element(
         .prop_map(move |(left, content, right)| format!("<{name}>{left}{content}{right}</{name}>"))
 }
 
-/// A whole telegram: elements that may be absent, in any order, between ones that are nobody's business.
+/// A complete telegram: elements that may be absent, in any order, between others that the board ignores.
 pub(crate) fn telegram() -> impl Strategy<Value = String> {
     let axes = || vec!["X", "Y", "Z", "A", "B", "C"];
     let optional = prop::sample::subsequence(vec![0, 1, 2, 3, 4, 5, 6], 0..=7);

@@ -1,4 +1,4 @@
-//! RSI telegrams: known ones, any layout of them, damaged ones, and an independent reader.
+//! RSI telegrams: known ones, arbitrary layouts, damaged ones, and an independent parser.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

@@ -1,4 +1,4 @@
-//! Telegrams as quick-xml reads them, to check ours against.
+//! Telegrams read with quick-xml, as a reference for our parser.
 
 use std::collections::HashMap;
 
@@ -6,8 +6,8 @@ use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 use softdock_link::rsi::RobTelegram;
 
-/// Text by path: `IPOC` for the text of an element, `RIst.X` for an attribute, `.Type` for one of the root. `Dat` does
-/// not count as a level; deeper elements have longer paths and are of no interest.
+/// Text by path: `IPOC` for the text of an element, `RIst.X` for an attribute, `.Type` for one of the root. `Dat` does not
+/// count as a level; deeper elements have longer paths and are not used.
 pub(crate) fn content(text: &str) -> HashMap<String, String> {
     let mut reader = Reader::from_str(text);
     let mut path = Vec::new();
