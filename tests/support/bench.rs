@@ -1,6 +1,5 @@
-//! A cycle and an ideal robot that does what it is told, judged in every cycle: every number is
-//! finite and within its declared range, no correction is larger than its limits, and only a
-//! closed or a fading loop moves the robot.
+//! A cycle and an ideal robot that executes every correction. Every cycle is checked: all numbers are finite and within their
+//! declared ranges, no correction exceeds its limits, and the robot moves only while the loop is closed or fading out.
 
 use crate::driver::{CycleDriver, idle};
 use nalgebra::Vector3;
@@ -12,15 +11,15 @@ use softdock_control::modes::{Command, Mode};
 use softdock_control::scalar::Scalar;
 use softdock_control::settings::{CorrectionMode, Settings};
 
-/// Largest velocity of a spacecraft's model, m/s and rad/s, with the rounding of f32.
+/// Largest velocity of a spacecraft's model, m/s and rad/s, including the rounding of f32.
 const FASTEST: (f64, f64) = (100.001, 20.001);
 
-/// The bench.
+/// Cycle, robot and checks.
 pub struct Bench<S: Scalar> {
     /// The cycle under test.
     pub driver: CycleDriver<S>,
     settings: Settings,
-    /// Counts that the robot stands away from its start.
+    /// Counts by which the robot is away from its start.
     offset: [i64; 6],
     start: [f64; 6],
     /// Metres and radians per count.
@@ -28,7 +27,7 @@ pub struct Bench<S: Scalar> {
     was_moving: bool,
 }
 
-/// What is wrong with a cycle.
+/// The record of a cycle, or what is wrong with it.
 pub type Verdict = Result<CycleRecord, String>;
 
 impl<S: Scalar> Bench<S> {
@@ -46,15 +45,15 @@ impl<S: Scalar> Bench<S> {
         }
     }
 
-    /// Where the robot is, m and rad.
+    /// Pose of the robot, m and rad.
     pub fn pose(&self) -> [f64; 6] {
         core::array::from_fn(|i| self.start[i] + self.offset[i] as f64 * self.digit[i / 3])
     }
 
-    /// One cycle whose inputs are spoiled by `change`.
+    /// One cycle whose inputs are changed by `change`.
     ///
     /// # Errors
-    /// What is wrong with its outcome.
+    /// The first failed check.
     pub fn cycle(&mut self, change: impl FnOnce(&mut Inputs)) -> Verdict {
         self.checked(|driver| driver.step_with(change))
     }
@@ -62,7 +61,7 @@ impl<S: Scalar> Bench<S> {
     /// One cycle without a new sensor sample.
     ///
     /// # Errors
-    /// What is wrong with its outcome.
+    /// The first failed check.
     pub fn stale(&mut self) -> Verdict {
         self.checked(|driver| driver.step_stale(|_| {}))
     }
@@ -70,7 +69,7 @@ impl<S: Scalar> Bench<S> {
     /// Reset, hold, arm and start in four cycles.
     ///
     /// # Errors
-    /// What is wrong with their outcome.
+    /// The first failed check.
     pub fn restart(&mut self) -> Result<(), String> {
         [Command::Reset, Command::Hold, Command::Arm, Command::Start]
             .into_iter()
@@ -99,8 +98,8 @@ impl<S: Scalar> Bench<S> {
         Ok(record)
     }
 
-    /// Half a digit of rounding before and after, in each of three components; A and C take up to
-    /// six times the digits of a rotation at B = 80°.
+    /// Checks the limits, with half a digit of rounding before and after, in each of three components; A and C take up to six
+    /// times the digits of a rotation at B = 80°.
     fn within_limits(&self, step: &[i64; 6], before: &[f64; 6]) -> Result<(), String> {
         let limits = &self.settings.limits;
         let [x, y, z, ..] = step.map(|counts| counts as f64 * self.digit[0]);
@@ -162,10 +161,11 @@ fn numbers(t: &Trace) -> impl Iterator<Item = &[f64]> {
         .chain(t.law_parts.iter().map(|part| &part[..]))
 }
 
-/// Every number is finite; the models stay within their ranges, and at the edge of one a flag is raised.
+/// Checks that every number is finite and that the models stay within their ranges; at the limit of a range a flag must be
+/// set.
 ///
 /// # Errors
-/// What is wrong with it.
+/// The first failed check.
 pub fn sane(trace: &Trace) -> Result<(), String> {
     for (n, group) in numbers(trace).enumerate() {
         if !group.iter().all(|v| v.is_finite()) {

@@ -1,6 +1,6 @@
-//! Reports and the workbench in a real browser: headless Chromium, driven through its DevTools protocol
-//! (<https://chromedevtools.github.io/devtools-protocol/>) over a pair of pipes, so that it needs
-//! neither a port nor a network.
+//! Reports and the workbench in a real browser: headless Chromium, controlled with its DevTools protocol
+//! (<https://chromedevtools.github.io/devtools-protocol/>) over a pair of pipes, so that neither a port nor a network is
+//! needed.
 
 mod devtools;
 mod inspection;
@@ -16,14 +16,14 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// How often a wait looks again.
+/// Interval between two checks of a wait.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
 /// Width of the window, pixels.
 const WIDTH_PX: u32 = 1280;
 /// Height of the window, pixels; screenshots are of the whole page.
 const HEIGHT_PX: u32 = 900;
 
-/// A page as a colleague sees it: on a light and on a dark screen, and on paper.
+/// A page as users see it: on a light and on a dark screen, and on paper.
 #[derive(Debug)]
 pub struct Browser {
     tools: DevTools,
@@ -44,10 +44,10 @@ impl Browser {
         browser
     }
 
-    /// Opens a file and looks at everything in it.
+    /// Opens a file and inspects the page.
     ///
     /// # Panics
-    /// If the browser does not show it.
+    /// If the browser does not show the file.
     pub fn inspect(&mut self, page: &Path) -> Inspection {
         let address = format!("file://{}", page.display());
         self.visit(&address);
@@ -55,11 +55,10 @@ impl Browser {
         Inspection::new(&address, &found, self.tools.events())
     }
 
-    /// Keeps pictures of the open page under `target/report-screenshots/`: `NAME.png`,
-    /// `NAME-dark.png`, and `NAME.pdf` as it prints.
+    /// Saves images of the open page in `target/report-screenshots/`: `NAME.png`, `NAME-dark.png`, and `NAME.pdf` as printed.
     ///
     /// # Panics
-    /// If the browser cannot draw it, or a file cannot be written.
+    /// If the browser cannot render the page, or a file cannot be written.
     pub fn keep_pictures(&mut self, name: &str) {
         for (scheme, suffix) in [("light", ""), ("dark", "-dark")] {
             let features = json!([{"name": "prefers-color-scheme", "value": scheme}]);
@@ -79,7 +78,7 @@ impl Browser {
     /// Opens an address and waits until it is loaded.
     ///
     /// # Panics
-    /// If the browser does not show it.
+    /// If the browser does not show the page.
     pub fn visit(&mut self, address: &str) {
         self.tools.forget_events();
         let shown = self.tools.call("Page.navigate", json!({"url": address}));
@@ -90,7 +89,7 @@ impl Browser {
     /// Waits until an expression in the page is true.
     ///
     /// # Panics
-    /// If it never is; the message shows what the page says then.
+    /// If it never becomes true; the message contains the text of the page.
     pub fn until(&mut self, expression: &str) {
         let give_up = Instant::now() + PATIENCE;
         while self.evaluate(&format!("Boolean({expression})")) != json!(true) {
@@ -102,11 +101,10 @@ impl Browser {
         }
     }
 
-    /// Presses the mouse button in the middle of an element, as a hand does: again, if the element was moved away from
-    /// under the mouse in that moment.
+    /// Clicks the middle of an element, and clicks again if the element moved away at that moment.
     ///
     /// # Panics
-    /// If there is no such element, or it cannot be pressed.
+    /// If there is no such element, or it cannot be clicked.
     pub fn click(&mut self, selector: &str) {
         let watch = format!(
             "(() => {{ window.clicked = false; document.querySelector({selector:?}).addEventListener('click', \
@@ -122,7 +120,7 @@ impl Browser {
                 });
                 self.tools.call("Input.dispatchMouseEvent", event);
             }
-            // A page that was left by the click knows nothing of it.
+            // If the click has left the page, the new page does not know `clicked`.
             if self.evaluate("window.clicked") != json!(false) {
                 return;
             }
@@ -130,8 +128,8 @@ impl Browser {
         }
     }
 
-    /// Middle of an element that can be pressed and lies under nothing, once it no longer moves: what is loaded
-    /// above it moves it away from under the mouse.
+    /// Middle of an element that can be clicked and is not covered, once it no longer moves: content that loads above it
+    /// shifts it.
     fn place_at_rest(&mut self, selector: &str) -> Value {
         let middle = format!(
             "(() => {{ const e = document.querySelector({selector:?}); if (!e || e.disabled) return null; \
@@ -153,7 +151,7 @@ impl Browser {
         }
     }
 
-    /// Types a text into an element in place of what it holds.
+    /// Replaces the text of an element.
     ///
     /// # Panics
     /// If there is no such element.
@@ -163,7 +161,7 @@ impl Browser {
         self.tools.call("Input.insertText", json!({"text": text}));
     }
 
-    /// Makes the window so large, in pixels.
+    /// Sets the size of the window, in pixels.
     pub fn resize(&mut self, width: u32, height: u32) {
         let window = json!({
             "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false
@@ -172,16 +170,16 @@ impl Browser {
             .call("Emulation.setDeviceMetricsOverride", window);
     }
 
-    /// Looks at everything in the page that is open.
+    /// Inspects the open page.
     pub fn look(&mut self) -> Inspection {
         let found = self.evaluate(inspection::SCRIPT);
         Inspection::new("the open page", &found, self.tools.events())
     }
 
-    /// Value of an expression in the page. The page's own policy against scripts does not bind it.
+    /// Value of an expression in the page. The page's own policy against scripts does not apply to it.
     ///
     /// # Panics
-    /// If it throws.
+    /// If the expression throws.
     pub fn evaluate(&mut self, expression: &str) -> Value {
         let question = json!({"expression": expression, "returnByValue": true});
         let answer = self.tools.call("Runtime.evaluate", question);
@@ -190,11 +188,10 @@ impl Browser {
     }
 }
 
-/// Opens a report, keeps pictures of it as `name`, and checks that nothing is wrong with it and
-/// that it has at least `plots` plots.
+/// Opens a report, saves images of it as `name`, and checks that it has no faults and at least `plots` plots.
 ///
 /// # Panics
-/// If something is wrong; the message says what.
+/// If a check fails; the message says which.
 pub fn assert_report(browser: &mut Browser, page: &Path, name: &str, plots: usize) {
     let inspection = browser.inspect(page);
     browser.keep_pictures(name);

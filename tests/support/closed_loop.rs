@@ -7,7 +7,7 @@ use softdock_control::scalar::Scalar;
 use softdock_control::settings::Settings;
 use softdock_delay_plants::{Plant, PlantSettings, Sample};
 
-/// Commands that start a test, one a cycle.
+/// Commands that start a test, one per cycle.
 const START: [Command; 3] = [Command::Hold, Command::Arm, Command::Start];
 
 /// Cycle and plant.
@@ -22,7 +22,7 @@ pub struct ClosedLoop<S: Scalar> {
 }
 
 impl<S: Scalar> ClosedLoop<S> {
-    /// Before its first cycle.
+    /// Cycle and plant before their first cycle.
     ///
     /// # Panics
     /// If the settings are not valid.
@@ -38,7 +38,7 @@ impl<S: Scalar> ClosedLoop<S> {
         closed
     }
 
-    /// After hold, arm and start, one a cycle: the next step is the first of the start ramp.
+    /// Cycle and plant after hold, arm and start, one per cycle: the next step is the first of the start ramp.
     ///
     /// # Panics
     /// If the settings are not valid, or the board does not start.
@@ -49,12 +49,12 @@ impl<S: Scalar> ClosedLoop<S> {
         closed
     }
 
-    /// One cycle of both.
+    /// Runs one cycle of the board and the plant.
     pub fn step(&mut self) -> CycleRecord {
         self.step_with(|_| {})
     }
 
-    /// One cycle whose inputs are spoiled by `change`.
+    /// Runs one cycle whose inputs are changed by `change`.
     pub fn step_with(&mut self, change: impl FnOnce(&mut Inputs)) -> CycleRecord {
         let record = self.driver.step_with(change);
         let sample = self

@@ -1,4 +1,4 @@
-//! The control cycle with healthy inputs, as the tests begin with it.
+//! The control cycle with healthy inputs, as a start for tests.
 
 use softdock_control::delay::LawName;
 use softdock_control::scalar::Scalar;
@@ -13,7 +13,7 @@ pub fn idle<S: Scalar>(settings: &Settings) -> CycleDriver<S> {
     CycleDriver::new(settings).expect("valid settings")
 }
 
-/// Likewise, in its first running cycle behind it.
+/// As [`idle`], after its first running cycle.
 ///
 /// # Panics
 /// If the settings are not valid, or the cycle refuses to start.
@@ -23,17 +23,17 @@ pub fn started<S: Scalar>(settings: &Settings) -> CycleDriver<S> {
     driver
 }
 
-/// Settings of a spacecraft that flies at `speed_m_s` along x in front of a fixed one.
+/// Settings of a spacecraft that moves at `speed_m_s` along x in front of a fixed one.
 pub fn flying(speed_m_s: f64) -> Settings {
     let mut settings = Settings::default();
     settings.body_k.velocity_m_s = [speed_m_s, 0.0, 0.0];
     settings.body_q.fixed = true;
-    // The robot of these inputs does not answer the commands.
+    // The simulated robot does not execute the commands.
     settings.delay.law = LawName::None;
     settings
 }
 
-/// A driver whose spacecraft flies with its full velocity: the start ramp is over.
+/// A driver whose spacecraft moves at full velocity: the start ramp is over.
 pub fn cruising<S: Scalar>(settings: &Settings) -> CycleDriver<S> {
     let mut driver = started(settings);
     for _ in 0..settings.start.zero_cycles + settings.start.ramp_cycles {

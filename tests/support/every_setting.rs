@@ -1,37 +1,37 @@
-//! Every field of the settings, found by walking their text form: a setting that is added later
-//! is found as well, with the range that its validation declares.
+//! Every field of the settings, found by walking their text form. A setting that is added later is found too, with the range
+//! that its validation declares.
 
 use softdock_control::range::SettingsError;
 use softdock_control::settings::Settings;
 use toml_edit::{DocumentMut, Item, Value};
 
-/// Offered to find out a range: no setting allows it.
+/// Used to find a range: no setting allows this value.
 const BEYOND_ALL: f64 = 1e300;
 
-/// What a field holds.
+/// Type of a field.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Kind {
     /// A real number with its smallest and largest value.
     Real(f64, f64),
-    /// A whole number likewise.
+    /// An integer with its smallest and largest value.
     Whole(i64, i64),
-    /// Yes or no.
+    /// A Boolean.
     Flag,
     /// One of several words.
     Word(Vec<String>),
 }
 
-/// One field; an array is one field with several places.
+/// One field; an array is one field with several values.
 #[derive(Clone, Debug)]
 pub struct Field {
     /// Dotted name, as in errors.
     pub name: String,
-    /// What it holds.
+    /// Type and range.
     pub kind: Kind,
     places: Vec<Place>,
 }
 
-/// The way to one value.
+/// Path to one value.
 type Place = Vec<Step>;
 
 #[derive(Clone, Debug)]
@@ -40,10 +40,10 @@ enum Step {
     Index(usize),
 }
 
-/// All fields of the settings, with their ranges beside otherwise default settings.
+/// All fields of the settings, with their ranges while the other settings have their defaults.
 ///
 /// # Panics
-/// If a number has no declared range, or its error bears another name.
+/// If a number has no declared range, or its error has another name.
 pub fn every_setting() -> Vec<Field> {
     let document = text_form(&Settings::default());
     let mut fields: Vec<Field> = Vec::new();
@@ -55,7 +55,7 @@ pub fn every_setting() -> Vec<Field> {
 }
 
 impl Field {
-    /// Settings with this value in all places of the field, or the parser's refusal.
+    /// Settings with this value in all places of the field, or the error of the parser.
     ///
     /// # Errors
     /// Not a value of the field's type.
@@ -63,7 +63,7 @@ impl Field {
         self.set_some(settings, value, usize::MAX)
     }
 
-    /// Likewise in the first place only: what a validation must not overlook.
+    /// As [`Self::set`], in the first place only, which a validation must not miss.
     ///
     /// # Errors
     /// Not a value of the field's type.
@@ -71,7 +71,7 @@ impl Field {
         self.set_some(settings, value, 1)
     }
 
-    /// Likewise in the last place only.
+    /// As [`Self::set`], in the last place only.
     ///
     /// # Errors
     /// Not a value of the field's type.
@@ -106,7 +106,7 @@ impl Field {
         }
     }
 
-    /// Values just beyond the range and far beyond it, and what is not a number.
+    /// Values just beyond and far beyond the range, and NaN for real numbers.
     pub fn beyond(&self) -> Vec<Value> {
         match self.kind {
             Kind::Real(low, high) => [
@@ -127,8 +127,8 @@ impl Field {
     }
 }
 
-/// Settings that are `wanted`, with other fields moved into the ranges that `wanted` leaves them.
-/// None if `field` itself does not fit beside others.
+/// The settings `wanted`, with other fields moved into the ranges that `wanted` leaves for them. None if `field` itself does
+/// not fit the others.
 pub fn made_to_fit(mut wanted: Settings, field: &Field, all: &[Field]) -> Option<Settings> {
     for _ in 0..8 {
         let Err(error) = wanted.validate() else {
@@ -193,7 +193,7 @@ fn at<'a>(item: &'a mut Item, place: &Place) -> &'a mut Item {
     })
 }
 
-/// The kind without its range.
+/// The type without its range.
 fn bare_kind(item: &Item) -> Kind {
     match item.as_value() {
         Some(Value::Float(_)) => Kind::Real(0.0, 0.0),
@@ -217,7 +217,7 @@ fn kind_of(field: &Field) -> Kind {
                 .into_iter()
                 .find(|v: &i64| field.set(&Settings::default(), &(*v).into()).is_ok())
                 .unwrap_or_else(|| panic!("`{}`: a type that is not driven yet", field.name));
-            // Where validation says nothing, every value of the type is allowed.
+            // If validation gives no error, every value of the type is allowed.
             refusal(field, &largest.into()).map_or(Kind::Whole(0, largest), |e| {
                 Kind::Whole(e.low as i64, e.high as i64)
             })
@@ -235,7 +235,7 @@ fn refusal(field: &Field, value: &Value) -> Option<SettingsError> {
     Some(error)
 }
 
-/// The words that a field knows, from the parser's own message:
+/// The words that a field accepts, from the parser's own message:
 /// "unknown variant `?`, expected `a` or `b`" or "..., expected one of `a`, `b`, `c`".
 fn words(field: &Field) -> Vec<String> {
     let message = field

@@ -1,5 +1,5 @@
-//! Shared helpers of the tests: the three scalar types, a driver of the cycle, a plant to close
-//! the loop with.
+//! Shared helpers of the tests: the three scalar types, a driver of the cycle, a plant for the closed loop, and peers of a
+//! board.
 #![allow(
     clippy::expect_used,
     clippy::panic,

@@ -1,21 +1,21 @@
-//! The log of a machine with one axis that moves as it was told, with the force that this takes.
+//! The log of a machine with one axis that follows its commands, with the force that this needs.
 
 use softdock_app::record::CycleRecord;
 use softdock_io::recording::{Header, Recording};
 use softdock_statistics::RandomStream;
 
-/// An axis that swings.
+/// An oscillating axis.
 #[derive(Clone, Copy, Debug)]
 pub struct OneAxis {
     /// Cycle time, s.
     pub cycle_s: f64,
-    /// It turns about x instead of sliding along it.
+    /// Whether it turns about x instead of sliding along it.
     pub turns: bool,
-    /// Swings that do not repeat: m or rad, and rad/s.
+    /// Oscillations that do not repeat together: amplitude in m or rad, and rad/s.
     pub swings: [(f64, f64); 3],
     /// Noise of the position, m or rad, and of the force, N or N·m.
     pub noise: (f64, f64),
-    /// By how much the force is commanded before it acts, s.
+    /// Time from the command of a force to its effect, s.
     pub late_s: f64,
 }
 
@@ -34,7 +34,8 @@ impl OneAxis {
             })
     }
 
-    /// `force`: N or N·m, from the motion, asked row by row. The velocity is the difference of two positions.
+    /// Records a log. `force` gives N or N·m from the motion and is called row by row. The velocity is the difference of two
+    /// positions.
     pub fn record(
         &self,
         seconds: f64,

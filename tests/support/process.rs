@@ -1,4 +1,4 @@
-//! Child processes of the tests: what they say, bounded waits, and an end in every case.
+//! Child processes of the tests: their output, bounded waits, and their end in every case.
 
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -11,12 +11,12 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// Longest wait for anything. It only keeps a broken test from hanging; no test measures time.
+/// Longest wait for anything. It only prevents a broken test from hanging; no test measures time.
 pub const PATIENCE: Duration = Duration::from_secs(240);
-/// How often a wait looks again.
+/// Interval between two checks of a wait.
 const POLL_INTERVAL: Duration = Duration::from_millis(5);
 
-/// What a process has said so far, standard output and standard error together.
+/// Output of a process so far, standard output and standard error together.
 #[derive(Debug, Default)]
 struct Log {
     lines: Vec<String>,
@@ -36,7 +36,7 @@ impl SharedLog {
     }
 }
 
-/// A child process whose output is read line by line. It is killed when the test drops it.
+/// A child process whose output is read line by line. It is killed on drop.
 #[derive(Debug)]
 pub struct Running {
     name: String,
@@ -44,12 +44,12 @@ pub struct Running {
     stdin: Option<ChildStdin>,
     log: Arc<SharedLog>,
     readers: Vec<JoinHandle<()>>,
-    /// Lines that waits have passed already.
+    /// Number of lines that earlier waits have consumed.
     passed: usize,
 }
 
 impl Running {
-    /// Starts `command`; `name` stands for it in messages.
+    /// Starts `command`; messages call it `name`.
     ///
     /// # Panics
     /// If the program cannot be started.
@@ -84,7 +84,7 @@ impl Running {
     /// Writes a line to its standard input.
     ///
     /// # Panics
-    /// If it does not read any more.
+    /// If the process does not read any more.
     pub fn say(&mut self, line: &str) {
         let stdin = self.stdin.as_mut().expect("standard input is piped");
         if let Err(error) = writeln!(stdin, "{line}") {
@@ -99,7 +99,7 @@ impl Running {
     /// Waits for a line that contains `text`, after those that earlier waits found.
     ///
     /// # Panics
-    /// If the process ends without it, or [`PATIENCE`] does.
+    /// If the process ends without it, or [`PATIENCE`] is over.
     pub fn wait_for(&mut self, text: &str) -> String {
         let found = self.heard_or_ended(text);
         found.unwrap_or_else(|| {
@@ -107,7 +107,7 @@ impl Running {
         })
     }
 
-    /// Likewise; none if it has ended, or too much time has passed.
+    /// As [`Self::wait_for`]; none if the process has ended or [`PATIENCE`] is over.
     pub fn heard_or_ended(&mut self, text: &str) -> Option<String> {
         let give_up = Instant::now() + PATIENCE;
         loop {
@@ -117,14 +117,14 @@ impl Running {
             let log = self.log.lock();
             if log.open == 0 || Instant::now() > give_up {
                 drop(log);
-                // The last lines may have come between the two looks.
+                // The last lines may have come between the two checks.
                 return self.heard(text);
             }
             drop(self.log.changed.wait_timeout(log, POLL_INTERVAL));
         }
     }
 
-    /// The first line that contains `text`, after those that earlier waits found, if it is there.
+    /// The first line that contains `text`, after those that earlier waits found; none if there is none yet.
     pub fn heard(&mut self, text: &str) -> Option<String> {
         let log = self.log.lock();
         let found = log
@@ -138,7 +138,7 @@ impl Running {
         Some(line)
     }
 
-    /// Everything that it has said.
+    /// The whole output so far.
     pub fn transcript(&self) -> String {
         self.log.lock().lines.join("\n")
     }
@@ -165,8 +165,8 @@ impl Running {
         );
     }
 
-    /// Waits for its end, if that comes within [`PATIENCE`]; kills it otherwise. For clean-up,
-    /// where a panic would hide the first one.
+    /// Waits for the end of the process for [`PATIENCE`], then kills it. For clean-up, where a panic would hide the first
+    /// one.
     pub fn finish_or_kill(mut self) {
         self.stdin = None;
         let give_up = Instant::now() + PATIENCE;
@@ -178,10 +178,10 @@ impl Running {
         }
     }
 
-    /// Closes its standard input and waits for its end: how it ended, and all that it said.
+    /// Closes standard input and waits for the end; returns the exit status and the whole output.
     ///
     /// # Panics
-    /// If it does not end within [`PATIENCE`].
+    /// If the process does not end within [`PATIENCE`].
     pub fn finish(mut self) -> (ExitStatus, String) {
         self.stdin = None;
         let status = wait(&self.name, &mut self.child);
@@ -194,7 +194,7 @@ impl Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
-        // An error says that the child has ended already.
+        // An error means that the child has already ended.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
@@ -232,7 +232,7 @@ fn wait(name: &str, child: &mut Child) -> ExitStatus {
 /// A command that has ended.
 #[derive(Debug)]
 pub struct Finished {
-    /// Whether it ended with 0.
+    /// Whether the exit code is 0.
     pub success: bool,
     /// Exit code; `None` after a signal.
     pub code: Option<i32>,
@@ -243,10 +243,10 @@ pub struct Finished {
 }
 
 impl Finished {
-    /// The same, if it ended with 0.
+    /// The same, if the exit code is 0.
     ///
     /// # Panics
-    /// If it did not.
+    /// If the exit code is not 0.
     #[track_caller]
     pub fn succeeded(self) -> Self {
         assert_eq!(self.code, Some(0), "{}", self.stderr);
@@ -256,17 +256,17 @@ impl Finished {
     /// The one JSON document on standard output.
     ///
     /// # Panics
-    /// If it printed anything else.
+    /// If there is any other output.
     #[track_caller]
     pub fn json(&self) -> Value {
         serde_json::from_str(&self.stdout)
             .unwrap_or_else(|error| panic!("{error} in {}\n{}", self.stdout, self.stderr))
     }
 
-    /// It ended with 1, printed nothing, and its error says all this.
+    /// Checks that the exit code is 1, standard output is empty, and the error contains all these texts.
     ///
     /// # Panics
-    /// If it did not.
+    /// If a check fails.
     #[track_caller]
     pub fn refused(&self, says: &[&str]) {
         let (said, error) = ((self.code, self.stdout.as_str()), &self.stderr);
@@ -281,7 +281,7 @@ impl Finished {
     }
 }
 
-/// Runs `softdock` with `arguments` in `folder` to its end.
+/// Runs `softdock` with `arguments` in `folder` and waits for its end.
 ///
 /// # Panics
 /// If there is no binary, or it does not end within [`PATIENCE`].
@@ -308,45 +308,45 @@ pub fn softdock(folder: &Path, arguments: &[&str]) -> Finished {
     }
 }
 
-/// What `softdock` prints that has to end with 0.
+/// Runs `softdock`, which must succeed; returns its output.
 ///
 /// # Panics
-/// If it does not.
+/// If the command fails.
 pub fn done(folder: &Path, arguments: &[&str]) -> String {
     let run = softdock(folder, arguments);
     assert_eq!(run.code, Some(0), "{arguments:?}: {}", run.stderr);
     run.stdout
 }
 
-/// The one JSON document that it prints, with `--json` behind the arguments.
+/// Runs `softdock` with `--json` after the arguments; returns the one JSON document that it prints.
 ///
 /// # Panics
-/// If it fails, or prints anything else.
+/// If the command fails, or prints anything else.
 pub fn json(folder: &Path, arguments: &[&str]) -> Value {
     let run = softdock(folder, &[arguments, &["--json"]].concat());
     run.succeeded().json()
 }
 
-/// Why it ends with 1; it prints nothing then.
+/// Runs `softdock`, which must fail without output; returns its error.
 ///
 /// # Panics
-/// If it does.
+/// If the command succeeds or prints something.
 pub fn refused(folder: &Path, arguments: &[&str]) -> String {
     let run = softdock(folder, arguments);
     run.refused(&[]);
     run.stderr
 }
 
-/// The arguments of a command line in which none holds a blank.
+/// The arguments of a command line, separated by single spaces.
 pub fn words(line: &str) -> Vec<&str> {
     line.split(' ').collect()
 }
 
-/// Runs a test of the integration tests, by its whole name, once for each case, in processes of their own: what it measures of
-/// the memory of its process is not what others take. As many run beside each other as there are processors.
+/// Runs an integration test, by its full name, once for each case, in separate processes: the test measures the memory of its
+/// process, which other cases would change. As many run at the same time as there are processors.
 ///
 /// # Panics
-/// If the test fails, after all that run have ended.
+/// If the test fails; all started processes have ended then.
 pub fn each_in_its_own_process<T: Debug>(test: &str, cases: &[T], run: impl Fn(&T)) {
     const ALONE: &str = "SOFTDOCK_TEST_ALONE";
     let named = |case: &T| format!("{case:?}");
@@ -382,8 +382,8 @@ pub fn each_in_its_own_process<T: Debug>(test: &str, cases: &[T], run: impl Fn(&
     }
 }
 
-/// `softdock demo` as it is by default, with `--json`, run once for all tests: its folder, in which it wrote to `demo`,
-/// and what it said.
+/// `softdock demo` with its defaults and `--json`, run once for all tests: its folder, in which it wrote to `demo`, and its
+/// output.
 ///
 /// # Panics
 /// As [`softdock()`].
@@ -415,7 +415,7 @@ pub fn softdock_binary() -> PathBuf {
     let Some(built) = modified(&binary) else {
         panic!("{} is missing: {mend}", binary.display());
     };
-    // Cargo lists the sources of a binary beside it: `binary: source source ..`. What git writes of its own is none.
+    // Cargo lists the sources of a binary beside it: `binary: source source ..`. Files of git are not sources.
     let list = std::fs::read_to_string(binary.with_extension("d")).unwrap_or_default();
     let sources = list.split_once(": ").map_or("", |(_, sources)| sources);
     for source in sources.replace("\\ ", "\u{0}").split_whitespace() {
@@ -432,7 +432,7 @@ pub fn softdock_binary() -> PathBuf {
     binary
 }
 
-/// `target/<profile>`; this test's executable stands in its folder `deps`.
+/// `target/<profile>`; this test's executable is in its folder `deps`.
 fn profile_folder() -> PathBuf {
     let executable = std::env::current_exe().expect("a test has a path");
     let profile = executable.parent().and_then(Path::parent);
@@ -441,12 +441,12 @@ fn profile_folder() -> PathBuf {
         .to_path_buf()
 }
 
-/// Recorded data of a machine that is not part of the project: `SOFTDOCK_DATA` names the folder that
-/// holds it. None where it is not there; then the test is skipped, and `tests/run` says so in its last
-/// lines, from the file `skipped-tests` that this function adds the name of the test to.
+/// Recorded data of a machine that is not part of the project, in the folder given by `SOFTDOCK_DATA`. None if that is not
+/// set; the test is then skipped, and its name is added to the file `skipped-tests`, from which `tests/run` prints it at the
+/// end.
 ///
 /// # Panics
-/// If the folder is named and does not hold the data, or the file cannot be written.
+/// If the folder is given but does not contain the data, or the file cannot be written.
 pub fn recorded_data(name: &str) -> Option<PathBuf> {
     if let Some(folder) = std::env::var_os("SOFTDOCK_DATA") {
         let data = PathBuf::from(folder).join(name);
@@ -458,8 +458,8 @@ pub fn recorded_data(name: &str) -> Option<PathBuf> {
     None
 }
 
-/// Notes that this machine does not allow what a test needs; `tests/run` says so in its last lines, from the file
-/// `forbidden-tests`.
+/// Notes that this machine does not allow what a test needs, in the file `forbidden-tests`, from which `tests/run` prints it
+/// at the end.
 ///
 /// # Panics
 /// If the file cannot be written.
@@ -483,10 +483,10 @@ fn note(list: &str, why: &str) {
 /// An empty folder for the files of one test, under `target/`.
 ///
 /// # Panics
-/// If it cannot be made, or another test has it.
+/// If the folder cannot be created, or another test uses it.
 pub fn scratch(test: &str) -> PathBuf {
     static OWNERS: Mutex<BTreeMap<String, String>> = Mutex::new(BTreeMap::new());
-    // Each test has a thread of its own, which has its name.
+    // Each test has its own thread, with the name of the test.
     let thread = thread::current();
     let this = thread.name().unwrap_or_default();
     let mut owners = OWNERS.lock().unwrap_or_else(PoisonError::into_inner);

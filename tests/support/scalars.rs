@@ -2,8 +2,8 @@
 
 pub use softdock_control::scalar::Fixed;
 
-/// Writes three tests, one per scalar type, from each generic function `check::<S>(tolerance)`,
-/// or from `check::<S>()` where nothing is rounded.
+/// Writes three tests, one per scalar type, from each generic function `check::<S>(tolerance)`, or from `check::<S>()` if
+/// nothing is rounded.
 ///
 /// ```text
 /// in_three_scalars! {

@@ -1,4 +1,4 @@
-//! Synthetic diagnoses of a synthetic log, one for each verdict: what a report has to cope with.
+//! Synthetic diagnoses of a synthetic log, one for each verdict, as test cases for the report.
 
 mod log;
 
@@ -13,15 +13,15 @@ use softdock_physics::model::prediction::Prediction;
 use softdock_physics::model::{Axis, Channel, Model};
 use std::collections::BTreeMap;
 
-/// The first of the effects that are named.
+/// The first of the named effects.
 const DELAY: &str = "transport_delay";
-/// The second.
+/// The second of the named effects.
 const PAUSE: &str = "reversal_pause";
 
-/// A diagnosis with everything that its report is made from.
+/// A diagnosis with all data for its report.
 #[derive(Clone, Debug)]
 pub struct SyntheticDiagnosis {
-    /// What was found.
+    /// The diagnosis itself.
     pub diagnosis: Diagnosis,
     /// Prediction with the model as given.
     pub before: Prediction,
@@ -66,7 +66,7 @@ fn identity() -> Identity {
     }
 }
 
-/// A diagnosis with nothing in it but the verdict.
+/// A diagnosis with nothing but the verdict.
 fn empty(verdict: Verdict, sentence: &str) -> Diagnosis {
     Diagnosis {
         sentence: sentence.to_owned(),
@@ -148,7 +148,7 @@ fn step(effect: &str, train_error: f64, test_error: f64) -> Step {
     }
 }
 
-/// Delay and pause, found with everything that can stand in a diagnosis.
+/// Delay and pause are named, with everything that a diagnosis may contain.
 pub fn named() -> SyntheticDiagnosis {
     let mut diagnosis = empty(
         Verdict::Named,
@@ -219,7 +219,7 @@ fn parameters() -> Parameters {
     .into()
 }
 
-/// What was tried before delay and pause were named.
+/// Hypotheses that were tried before delay and pause were named.
 fn hypotheses() -> Vec<Ranked> {
     let executed = Channel::ExecutedVelocity;
     vec![
@@ -240,7 +240,7 @@ fn hypotheses() -> Vec<Ranked> {
     ]
 }
 
-/// A model that needs nothing, judged on the end of its only, foreign log.
+/// A model without missing effects, judged on the end of its only, foreign log.
 pub fn nothing_missing() -> SyntheticDiagnosis {
     let mut diagnosis = empty(
         Verdict::NothingMissing,
@@ -270,7 +270,7 @@ pub fn nothing_missing() -> SyntheticDiagnosis {
     }
 }
 
-/// A torque that grows with the force and hangs on, which no effect of the catalogue does.
+/// A torque that grows with the force and has hysteresis, which no effect of the catalogue has.
 pub fn unexplained() -> SyntheticDiagnosis {
     let mut diagnosis = empty(
         Verdict::Unexplained,

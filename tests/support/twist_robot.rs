@@ -1,5 +1,5 @@
-//! A second robot, for tests only: a fixed binary protocol of 1 ms whose robot reports a quaternion
-//! and takes twists. It has neither KUKA's angles nor its millimetres, decimals or IPOC.
+//! A second robot, for tests only: a fixed binary protocol with a cycle of 1 ms whose robot reports a quaternion and executes
+//! twists. It has neither KUKA's angles nor its millimetres, decimals or IPOC.
 //!
 //! All numbers are little-endian.
 //!
@@ -19,9 +19,9 @@ use softdock_control::robot::RobotInterface;
 
 /// Cycle of the robot, µs.
 pub const CYCLE_US: u64 = 1000;
-/// The same, s.
+/// Cycle of the robot, s.
 pub const CYCLE_S: f64 = 1e-3;
-/// Cycles without a telegram after which the robot is taken to have begun anew.
+/// Number of cycles without a telegram after which the next one begins a new run.
 const NEW_RUN_AFTER: u64 = 1000;
 
 const TELEGRAM: [u8; 4] = *b"TWST";
@@ -34,7 +34,7 @@ pub type Place = (Vector3<f64>, UnitQuaternion<f64>);
 #[derive(Clone, Debug)]
 pub struct Twists {
     last: Option<u64>,
-    /// What the twists that were sent add up to since the start.
+    /// Sum of the sent twists since the start.
     sent: Place,
 }
 
@@ -126,7 +126,7 @@ impl RobotProtocol for Twists {
         let turn = (self.sent.1.inverse() * orientation).scaled_axis();
         let twist = [step.x, step.y, step.z, turn.x, turn.y, turn.z];
         let twist = twist.map(|step| (step / CYCLE_S) as f32);
-        // What the rounding took away is still to go, and goes with the next twist.
+        // The remainder of the rounding is sent with the next twist.
         advance(&mut self.sent, twist);
         twist.map(|rate| rate.to_bits().into())
     }
@@ -155,25 +155,25 @@ impl RobotProtocol for Twists {
     }
 }
 
-/// The robot: it goes where it is told, and stands still in a cycle without an answer.
+/// The robot: it executes each answer, and stands still in a cycle without an answer.
 #[derive(Clone, Debug)]
 pub struct TwistRobot {
     /// Time stamp of the next telegram, µs.
     pub counter: u64,
-    /// Where it is.
+    /// Position and orientation.
     pub place: Place,
-    /// Its status bits.
+    /// Status bits.
     pub status: u32,
 }
 
-/// What the robot reads in an answer.
+/// Content of an answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Answer {
     /// Time stamp of the telegram that it answers.
     pub counter: u64,
     /// Twist of the present cycle.
     pub twist: [f32; 6],
-    /// The robot is asked to stop.
+    /// Whether the robot is asked to stop.
     pub stop: bool,
 }
 
@@ -197,7 +197,7 @@ impl TwistRobot {
 }
 
 impl Answer {
-    /// Reads an answer; none if it is not whole.
+    /// Reads an answer; none if it is not complete.
     pub fn read(bytes: &[u8]) -> Option<Self> {
         let (magic, rest) = take::<4>(bytes)?;
         let (counter, rest) = take::<8>(rest)?;
@@ -211,20 +211,20 @@ impl Answer {
     }
 }
 
-/// A cycle at a twist.
+/// Moves for one cycle at a twist.
 fn advance((position, orientation): &mut Place, twist: [f32; 6]) {
     let [x, y, z, a, b, c] = twist.map(|rate| f64::from(rate) * CYCLE_S);
     *position += Vector3::new(x, y, z);
     *orientation *= UnitQuaternion::from_scaled_axis(Vector3::new(a, b, c));
 }
 
-/// The place of a report: x y z and a rotation vector.
+/// The place in a report: x y z and a rotation vector.
 fn place([x, y, z, a, b, c]: [f64; 6]) -> Place {
     let turn = UnitQuaternion::from_scaled_axis(Vector3::new(a, b, c));
     (Vector3::new(x, y, z), turn)
 }
 
-/// Pose as a report has it, late answers and status.
+/// Pose in the form of a report, late answers and status.
 fn body(bytes: &[u8]) -> Option<([f64; 6], u32, u32)> {
     let (pose, rest) = numbers::<7, 8>(bytes)?;
     let (late, rest) = take::<4>(rest)?;
@@ -236,7 +236,7 @@ fn body(bytes: &[u8]) -> Option<([f64; 6], u32, u32)> {
         .then_some((pose, u32::from_le_bytes(late), u32::from_le_bytes(status)))
 }
 
-/// The number behind an integer of a record: the bits of an f32.
+/// The number that an integer of a record encodes: the bits of an f32.
 fn rate(bits: i64) -> f32 {
     f32::from_bits(bits as u32)
 }

@@ -1,4 +1,4 @@
-//! A late robot between elastic walls: the test of the known answers about the delay.
+//! A late robot between elastic walls: the test of known results about the delay.
 
 use crate::closed_loop::ClosedLoop;
 use nalgebra::Vector3;
@@ -21,17 +21,17 @@ pub struct Case {
     pub actuator: Actuator,
     /// Stiffness of the walls, N/m.
     pub stiffness_n_per_m: f64,
-    /// Unit normal: from the left wall to the right one, axes of C.
+    /// Unit normal, from the left wall to the right one, in axes of C.
     pub normal: Vector3<f64>,
     /// Distance of the right wall from the start along the normal, m.
     pub right_m: f64,
-    /// Distance of the left wall against the normal, m; infinite for none.
+    /// Distance of the left wall opposite to the normal, m; infinite for none.
     pub left_m: f64,
 }
 
 impl Case {
-    /// A spacecraft of 500 kg, flying at `speed_m_s` towards a wall that makes it a resonator of
-    /// `frequency_rad_s`; the actuator is ideal and no law runs.
+    /// A spacecraft of 500 kg that moves at `speed_m_s` towards a wall with which it has the natural frequency
+    /// `frequency_rad_s`; the actuator is ideal and no law is active.
     pub fn new(frequency_rad_s: f64, speed_m_s: f64) -> Self {
         let mut settings = Settings::default();
         settings.delay.law = LawName::None;
@@ -47,8 +47,8 @@ impl Case {
             actuator: Actuator::ideal(),
             stiffness_n_per_m: MASS_KG * frequency_rad_s * frequency_rad_s,
             normal: Vector3::x(),
-            // A quarter second of free flight behind the start; the touch comes in the middle of a
-            // cycle, half-way between two samples of the force.
+            // A quarter second of free flight after the start; the contact begins in the middle of a cycle, half-way between
+            // two samples of the force.
             right_m: 0.252 * speed_m_s,
             left_m: f64::INFINITY,
         }
@@ -63,7 +63,7 @@ impl Case {
         case
     }
 
-    /// The same with a wall whose normal is turned about z; the spacecraft flies along the normal.
+    /// The same with a wall whose normal is turned about z; the spacecraft moves along the normal.
     pub fn turned(mut self, angle_rad: f64) -> Self {
         let normal = Vector3::new(angle_rad.cos(), angle_rad.sin(), 0.0);
         let speed = self.settings.body_k.velocity_m_s[0];
@@ -96,8 +96,8 @@ impl Case {
         ClosedLoop::started(&self.settings, &plant)
     }
 
-    /// Runs until the next contact is over; answers the velocity of the model along the normal,
-    /// m/s, or none if that takes more than `limit_s`.
+    /// Runs until the next contact is over; returns the velocity of the model along the normal, m/s, or none if that takes
+    /// longer than `limit_s`.
     pub fn bounce<S: Scalar>(&self, closed: &mut ClosedLoop<S>, limit_s: f64) -> Option<f64> {
         let mut touched = false;
         for _ in 0..(limit_s / CYCLE_S) as usize {
@@ -118,7 +118,7 @@ impl Case {
     /// Restitution of the first bounce.
     ///
     /// # Panics
-    /// If the spacecraft does not come back within 20 s.
+    /// If the spacecraft does not return within 20 s.
     pub fn restitution<S: Scalar>(&self) -> f64 {
         let out = self.bounce(&mut self.start::<S>(), 20.0);
         -out.expect("the spacecraft comes back") / self.speed_m_s()

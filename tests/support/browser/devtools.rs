@@ -9,8 +9,8 @@ use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{self, Receiver};
 use std::thread;
 
-/// Chromium as a program for tests: without a window, without a network of its own, without the
-/// sandbox that it refuses to run without as root.
+/// Options for tests: without a window, without a network of its own, and without the sandbox, with which it does not run as
+/// root.
 const OPTIONS: [&str; 9] = [
     "--headless",
     "--no-sandbox",
@@ -22,10 +22,10 @@ const OPTIONS: [&str; 9] = [
     "--disable-sync",
     "--remote-debugging-pipe",
 ];
-/// Chromium reads its orders from file 3 and answers on file 4.
+/// Chromium reads commands from file 3 and answers on file 4.
 const WITH_PIPES: &str = r#"exec "$0" "$@" 3<&0 4>&1 >&2"#;
 
-/// A browser with one open tab. It is killed when the test drops it.
+/// A browser with one open tab. The process is killed on drop.
 #[derive(Debug)]
 pub(super) struct DevTools {
     child: Child,
@@ -34,7 +34,7 @@ pub(super) struct DevTools {
     last_id: u64,
     session: Option<String>,
     events: Vec<Value>,
-    /// Where the browser's own complaints are, for messages.
+    /// Path of the browser's log, for messages.
     log: String,
 }
 
@@ -97,7 +97,7 @@ impl DevTools {
         }
     }
 
-    /// Waits for an event, if it has not come yet.
+    /// Waits for an event, unless it has already come.
     pub(super) fn wait_for_event(&mut self, method: &str) {
         while !self.events.iter().any(|event| event["method"] == method) {
             let message = self.next(method);
@@ -128,7 +128,7 @@ impl DevTools {
 
 impl Drop for DevTools {
     fn drop(&mut self) {
-        // An error says that it has ended already.
+        // An error means that it has already ended.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }

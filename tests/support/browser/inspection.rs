@@ -1,15 +1,15 @@
-//! What a browser finds in a page: messages, requests, and the drawings as they stand there.
+//! What a browser finds in a page: messages, requests, and the drawings as laid out.
 
 use serde::Deserialize;
 use serde_json::Value;
 
-/// Looks at every `<svg>` and at the width of the page.
+/// Inspects every `<svg>` and the width of the page.
 pub(super) const SCRIPT: &str = include_str!("inspection.js");
 
 /// One `<svg>` as it is laid out.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Drawing {
-    /// What a screen reader says.
+    /// Text for screen readers.
     pub label: String,
     /// Width on the screen, pixels.
     pub width: f64,
@@ -17,30 +17,30 @@ pub struct Drawing {
     pub height: f64,
     /// Curves with at least two different points.
     pub curves: usize,
-    /// Everything that is drawn: curves, bars, markers.
+    /// Number of drawn elements: curves, bars, markers.
     pub marks: usize,
-    /// Texts that do not lie within the drawing.
+    /// Texts that are partly outside of the drawing.
     pub cut_off: Vec<String>,
-    /// Pairs of texts that lie over each other.
+    /// Pairs of texts that overlap.
     pub overlapping: Vec<String>,
-    /// Attributes that are no numbers where numbers belong.
+    /// Attributes with a value that should be a number but is not.
     pub malformed: Vec<String>,
 }
 
-/// What is in a page.
+/// Content of a page.
 #[derive(Clone, Debug)]
 pub struct Inspection {
-    /// Its drawings, from top to bottom.
+    /// Drawings, from top to bottom.
     pub drawings: Vec<Drawing>,
     /// Errors and warnings on the console.
     pub console: Vec<String>,
-    /// Addresses that it asked for besides its own.
+    /// Addresses that the page requested besides its own.
     pub requests: Vec<String>,
-    /// Texts that stick out of the page.
+    /// Texts that extend beyond the page.
     pub sticking_out: Vec<String>,
 }
 
-/// What [`SCRIPT`] answers.
+/// Result of [`SCRIPT`].
 #[derive(Deserialize)]
 struct Found {
     drawings: Vec<Drawing>,
@@ -65,7 +65,7 @@ impl Inspection {
         }
     }
 
-    /// Everything that is wrong, in words; empty if nothing is.
+    /// All faults, as text; empty if there are none.
     pub fn faults(&self) -> Vec<String> {
         let mut faults = Vec::new();
         faults.extend(self.console.iter().map(|c| format!("console: {c}")));

@@ -1,22 +1,22 @@
-//! What goes wrong in a contact: every kind of fault that was ever injected, in one table.
+//! All kinds of faults that are injected into a contact, in one table.
 
 use super::line::{Cycle, Line};
 use softdock_control::modes::Command;
 
-/// A fault while it lasts.
+/// A cycle during which a fault is active.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moment {
-    /// Cycles since it began.
+    /// Cycles since the fault began.
     pub(super) since: usize,
-    /// Any number, another one in each cycle.
+    /// A random number, different in each cycle.
     pub(super) any: u64,
 }
 
-/// What it does to a cycle.
+/// Effect of a fault on a cycle.
 pub(super) type Spoil = fn(&mut Cycle, &mut Line, Moment);
 
-/// Name and effect. Those that only boards with a bus, a flash or a watchdog have are elsewhere: `faults`,
-/// `ethercat` and `qemu` of the integration tests.
+/// Name and effect of each fault. Faults that need a bus, a flash or a watchdog are in `faults`, `ethercat` and `qemu` of the
+/// integration tests.
 pub(super) const FAULTS: [(&str, Spoil); 37] = [
     // The sensor.
     ("no sample in every second cycle", |c, _, m| {
@@ -115,7 +115,7 @@ pub(super) const FAULTS: [(&str, Spoil); 37] = [
     ("the robot is gone, another port speaks", |c, _, _| {
         c.sender = 1
     }),
-    // Others.
+    // Other senders.
     ("strangers send telegrams of the robot's", |c, _, m| {
         c.strangers = 1 + (m.any % 4) as usize
     }),

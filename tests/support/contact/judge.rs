@@ -1,4 +1,4 @@
-//! What holds in every cycle, whatever goes wrong; see docs/stale-force.md.
+//! Checks of every cycle, whatever the fault; see docs/stale-force.md.
 
 use super::line::{Answered, Cycle, Line};
 use softdock_app::record::CycleRecord;
@@ -8,34 +8,35 @@ use softdock_control::io::SensorSample;
 use softdock_control::modes::{Command, Mode};
 use softdock_delay_plants::Sample;
 
-/// Energy of a guarded model, by the most that it had before the touch, less what the bound cannot see: its slack, and
-/// nothing of the integrator's, of which the bound counts the exact work.
+/// Largest energy of a guarded model, divided by its largest energy before the contact, and without the energy that the bound
+/// does not see. This allows for the slack of the bound, and for no error of the integrator, because the bound counts the
+/// exact work.
 const LARGEST_ENERGY: f64 = 1.008;
 
-/// Follows a run.
+/// Checks the cycles of a run.
 pub(super) struct Judge {
     settings: BoardSettings,
-    /// The reading that was used last, and for how many cycles it has not changed.
+    /// The last used reading, and the number of cycles for which it has not changed.
     reading: SensorSample,
     unchanged: u32,
-    /// The cycle before, and the last one on a fresh reading.
+    /// The previous cycle, and the last one with a fresh reading.
     last: Option<CycleRecord>,
     fresh: Option<CycleRecord>,
-    /// Fastest that was sent while that reading could be believed, m/s and rad/s.
+    /// Largest velocity that was sent while that reading was not yet stale, m/s and rad/s.
     fastest: [f64; 2],
     faulted: bool,
-    /// Energy in the wall when its force is at the threshold of the bound, twice (once on the way in, once on the
-    /// way out), J.
+    /// Energy in the wall when its force is at the threshold of the bound, counted twice (on the way in and on the way out),
+    /// J.
     unseen: f64,
-    /// Most energy of the model before its first load that counts, J, and whether there was one.
+    /// Largest energy of the model before its first load above the threshold, J, and whether there was such a load.
     before: f64,
     touched: bool,
-    /// Most energy of a guarded model, less that, by what it began with.
+    /// Largest energy of a guarded model, less `unseen`, divided by that before the contact.
     pub(super) most_energy: f64,
 }
 
 impl Judge {
-    /// For a contact of this stiffness, N/m.
+    /// For a contact with this stiffness, N/m.
     pub(super) fn new(settings: &BoardSettings, stiffness: f64) -> Self {
         let threshold_n = settings.control.delay.passivity.threshold_n;
         Self {
@@ -93,7 +94,7 @@ impl Judge {
         }
     }
 
-    /// The model is not integrated on a reading that has not changed for too long.
+    /// Checks that the model is not integrated with a reading that has not changed for too long.
     fn held_if_stale(&self, last: &CycleRecord, record: &CycleRecord) {
         let stale_after = self.settings.control.sensor.stale_after_cycles;
         if self.unchanged > stale_after && last.trace.mode == Mode::Running {
@@ -102,7 +103,7 @@ impl Judge {
         }
     }
 
-    /// Since the last fresh reading: the speed of what is sent, and the model's change of velocity.
+    /// Checks the sent speed and the change of the model's velocity since the last fresh reading.
     fn no_more_than_the_fresh_data_allow(&self, record: &CycleRecord) {
         let (Some(fresh), stale) = (self.fresh, self.settings.control.sensor.stale_after_cycles)
         else {
@@ -127,7 +128,7 @@ impl Judge {
         let largest = |of: fn(&[f64; 6]) -> f64, twists: [&[f64; 6]; 2]| {
             twists.map(of).into_iter().fold(0.0, f64::max)
         };
-        // Of a body whose axes are its principal ones, as here.
+        // For a body whose axes are its principal axes, as here.
         let inertia: [f64; 3] = core::array::from_fn(|i| body.inertia_kg_m2[i][i]);
         let [least, greatest] = [
             inertia.into_iter().fold(f64::MAX, f64::min),
@@ -154,14 +155,14 @@ impl Judge {
         }
     }
 
-    /// Laws that hand the measured wrench on to the spacecraft, with no guard that takes of it.
+    /// Whether the law passes the measured wrench on to the spacecraft, without a guard that reduces it.
     fn feels_what_is_measured(&self) -> bool {
         use LawName::{Ats, Lead, None, Polynomial, Seed};
         let delay = &self.settings.control.delay;
         matches!(delay.law, None | Seed | Lead | Polynomial | Ats)
     }
 
-    /// A guarded model never has more kinetic energy than it began with.
+    /// Checks that a guarded model never has more kinetic energy than before the contact.
     fn energy(&mut self, record: &CycleRecord) {
         let delay = &self.settings.control.delay;
         let guarded = delay.passivity_guard || delay.law == LawName::Predictor;
@@ -183,7 +184,7 @@ impl Judge {
             .any(|part| part.abs() >= delay.passivity.threshold_n);
         self.touched |= loaded;
         if !self.touched {
-            // What noise has pushed it up to is no contact's to answer for.
+            // Energy that noise has added is not due to a contact.
             self.before = self.before.max(now);
             return;
         }
@@ -192,7 +193,7 @@ impl Judge {
         self.most_energy = self.most_energy.max(now / before);
     }
 
-    /// After a fault nothing but reset, arm and start on healthy data moves the robot again.
+    /// Checks that after a fault only reset, arm and start with valid data move the robot again.
     pub(super) fn end(&mut self, line: &mut Line, sample: &Sample) {
         if !self.faulted {
             return;
@@ -212,17 +213,17 @@ impl Judge {
     }
 }
 
-/// Length of a twist's or wrench's first three components.
+/// Norm of the first three components of a twist or wrench.
 fn speed(twist: &[f64; 6]) -> f64 {
     length(&twist[..3])
 }
 
-/// Length of its last three.
+/// Norm of the last three components.
 fn turning(twist: &[f64; 6]) -> f64 {
     length(&twist[3..])
 }
 
-/// Both.
+/// Both norms.
 fn parts(twist: &[f64; 6]) -> [f64; 2] {
     [speed(twist), turning(twist)]
 }

@@ -9,23 +9,23 @@ use softdock_link::rsi::{RobTelegram, Tags, parse_sen, write_rob};
 use softdock_lockstep::{Done, STRANGER, Step};
 
 const CYCLE_MS: i64 = 4;
-/// Readings that are kept: more than any fault looks back.
+/// Number of stored readings: more than any fault uses.
 const MOST_READINGS: usize = 32;
 
-/// What happens in one cycle of the robot.
+/// Events of one cycle of the robot.
 #[derive(Clone, Debug)]
 pub(super) struct Cycle {
     /// A new reading of the sensor.
     pub(super) sample: Option<SensorSample>,
-    /// mm and degrees.
+    /// Pose in the telegram, mm and degrees.
     pub(super) pose: Option<[f64; 6]>,
     pub(super) late_answers: u32,
     pub(super) clamps: bool,
     pub(super) lost: bool,
     pub(super) twice: bool,
-    /// In place of the telegram; {} stands for its counter.
+    /// Text instead of the telegram; {} stands for its counter.
     pub(super) text: Option<&'static str>,
-    /// Who speaks; 0: the robot.
+    /// Sender of the telegram; 0 is the robot.
     pub(super) sender: u8,
     pub(super) strangers: usize,
     pub(super) garbage: usize,
@@ -33,7 +33,7 @@ pub(super) struct Cycle {
 }
 
 impl Cycle {
-    /// A healthy one.
+    /// A cycle without a fault.
     pub(super) fn new(wrench: [f64; 6], pose_m_rad: [f64; 6]) -> Self {
         let [x, y, z, a, b, c] = pose_m_rad;
         let degrees = [a, b, c].map(f64::to_degrees);
@@ -76,15 +76,15 @@ impl Cycle {
     }
 }
 
-/// What a cycle came to.
+/// Result of a cycle.
 pub(super) struct Answered {
-    /// None: no cycle was run.
+    /// None if no cycle was run.
     pub(super) record: Option<CycleRecord>,
-    /// The correction, in counts; none: the robot got no answer.
+    /// The correction, in counts; none if the robot got no answer.
     pub(super) correction: Option<[i64; 6]>,
 }
 
-/// A board and what it has seen.
+/// A board and its history.
 pub(super) struct Line {
     board: Box<dyn Board>,
     tags: Tags,
@@ -111,13 +111,13 @@ impl Line {
         }
     }
 
-    /// A reading of so many cycles ago.
+    /// The reading of some cycles ago.
     pub(super) fn earlier(&self, cycles: usize) -> SensorSample {
         let place = self.readings.len().saturating_sub(1 + cycles);
         self.readings.get(place).copied().unwrap_or_default()
     }
 
-    /// Remembers a healthy reading; while a fault lasts, the last one before it stays.
+    /// Stores a healthy reading. During a fault, the last reading before it is kept.
     pub(super) fn remember(&mut self, reading: SensorSample, healthy: bool) {
         if self.readings.len() >= 2 * MOST_READINGS {
             self.readings.drain(..MOST_READINGS);
@@ -128,12 +128,12 @@ impl Line {
         }
     }
 
-    /// The counter goes on from elsewhere.
+    /// Moves the counter by some cycles.
     pub(super) fn jump(&mut self, cycles: i64) {
         self.ipoc += cycles * CYCLE_MS;
     }
 
-    /// One cycle of the robot. Whatever is sent by the robot and can be read is answered with its counter.
+    /// Runs one cycle of the robot. Every readable telegram of the robot is answered with its counter.
     pub(super) fn run(&mut self, cycle: &Cycle) -> Answered {
         self.ipoc += CYCLE_MS;
         self.now_us += CYCLE_MS as u64 * 1000;
@@ -208,7 +208,7 @@ impl Line {
         })
     }
 
-    /// The correction of an answer, which must bear the counter of its telegram.
+    /// The correction of an answer, which must have the counter of its telegram.
     fn read(&self, answer: &[u8]) -> [i64; 6] {
         let answer = parse_sen(answer, &self.tags).expect("an answer");
         assert_eq!(answer.ipoc as i64, self.ipoc);

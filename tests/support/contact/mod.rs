@@ -1,7 +1,7 @@
-//! A contact, and at a random moment of it one of 37 faults: a board's link and cycle against an independent plant,
-//! with every law; and days of bouncing with random faults.
+//! Contacts with one of 37 faults at a random time: a board's link and cycle with an independent plant, for every law. Also
+//! long runs of bouncing with random faults.
 //!
-//! The board is anything that takes datagrams ([`Board`]): the session on the host, or machine code in QEMU.
+//! The board is anything that accepts datagrams ([`Board`]): the session on the host, or machine code in QEMU.
 #![allow(clippy::unwrap_used, reason = "a helper of a test fails the test")]
 
 mod faults;
@@ -31,12 +31,12 @@ pub const KINDS: usize = FAULTS.len();
 pub type MakeBoard<'a> = &'a mut dyn FnMut(&BoardSettings) -> Box<dyn Board>;
 
 const CYCLE_S: f64 = 0.004;
-/// Cycles before the touch that is waited for, at most.
+/// Longest wait for the contact, cycles.
 const APPROACH: usize = 400;
-/// Healthy cycles behind the fault.
+/// Healthy cycles after the fault.
 const AFTER: usize = 60;
 
-/// A contact and the moment of its fault.
+/// A contact and the time of its fault.
 #[derive(Clone, Debug)]
 struct Case {
     law: LawName,
@@ -48,11 +48,11 @@ struct Case {
     delay_s: f64,
     pause_s: f64,
     tilt: f64,
-    /// Of the touch from the axis through the mass centre, m: the body turns.
+    /// Distance of the contact from the axis through the centre of mass, m: the body turns.
     lever_m: f64,
-    /// Cycles from the touch to the fault.
+    /// Cycles from the contact to the fault.
     at: usize,
-    /// Cycles that it lasts.
+    /// Duration of the fault, cycles.
     lasts: usize,
     seed: u64,
 }
@@ -100,7 +100,7 @@ impl Case {
         settings
     }
 
-    /// Of the wall, N/m.
+    /// Stiffness of the wall, N/m.
     fn stiffness(&self) -> f64 {
         self.omega * self.omega * self.mass_kg
     }
@@ -129,7 +129,8 @@ impl Case {
         })
     }
 
-    /// Runs it with a fault of the table; the most energy of a guarded model, by what it began with.
+    /// Runs the case with a fault of the table; returns the largest energy of a guarded model, divided by that before the
+    /// contact.
     fn run(&self, spoil: usize, make: MakeBoard<'_>) -> f64 {
         let (settings, mut plant) = (self.settings(), self.plant());
         let mut line = Line::new(&settings, make(&settings));
@@ -174,7 +175,7 @@ impl Case {
     }
 }
 
-/// What the robot does of an answer; without one it stands still.
+/// The robot's velocity after an answer; zero without one.
 fn velocity(answered: &Answered, decimals: u8) -> [f64; 6] {
     let digit = 0.1_f64.powi(decimals.into()) / CYCLE_S;
     let counts = answered.correction.unwrap_or_default();
@@ -188,11 +189,11 @@ fn velocity(answered: &Answered, decimals: u8) -> [f64; 6] {
     })
 }
 
-/// Runs cases from `first` on in steps; each fault has its turn. The most energy of a guarded model, by what it began
-/// with.
+/// Runs every `step`-th case from `first` up to `count`, with the faults in turn. Returns the largest energy of a guarded
+/// model, divided by that before the contact.
 ///
 /// # Panics
-/// If one moves what it should not; it is printed.
+/// If a check fails; the case is printed.
 pub fn run_cases(first: usize, step: usize, count: usize, make: MakeBoard<'_>) -> f64 {
     let seed = RngSeed::Fixed(17 + first as u64);
     let mut runner = TestRunner::new(Config {

@@ -1,5 +1,5 @@
-//! Days of bouncing between two walls, with random faults and an operator who does what operators do: nothing leaks,
-//! nothing drifts, and what holds in every cycle holds in all of them.
+//! Long runs of bouncing between two walls, with random faults and a simulated operator: no memory leaks, no drift, and all
+//! checks of a cycle hold in every cycle.
 
 use super::faults::{FAULTS, Moment};
 use super::judge::Judge;
@@ -12,18 +12,18 @@ use softdock_control::jog::Jog;
 use softdock_control::modes::{Command, Mode};
 use softdock_delay_plants::{Actuator, Contact, Measurement, Plant, PlantSettings, Sample, Wall};
 
-/// Longest time between two walks of the operator to the robot, cycles: a minute.
+/// Longest time between two interventions of the operator at the robot, cycles: a minute.
 const EPISODE: u64 = 15_000;
-/// One event in so many cycles, of the operator and of the faults.
+/// Mean number of cycles between two random events, of the operator and of the faults.
 const RARELY: u64 = 1_500;
-/// Cycles that the operator watches a fault before doing something.
+/// Cycles that the operator waits after a fault before acting.
 const WATCHES: u64 = 100;
-/// Resets after which the board is started over.
+/// Number of resets after which the board is restarted.
 const MOST_RESETS: u64 = 20;
-/// mm with 4 decimals.
+/// Last digit of a position: mm with 4 decimals.
 const DIGIT_M: f64 = 1e-7;
 
-/// Numbers that look random.
+/// Pseudo-random numbers.
 struct Dice(u64);
 
 impl Dice {
@@ -48,12 +48,12 @@ struct Soak<'a> {
     mode: Mode,
     /// Cycles since the last command or change of mode.
     quiet: u64,
-    /// Resets that did not lead out of the present fault.
+    /// Resets that did not end the present fault.
     resets: u64,
     fault: Option<(usize, u64, u64)>,
-    /// Where displacements count from, and what was sent since, in counts.
+    /// Reference position of the displacement, and the sum of the corrections since, in counts.
     drift: Option<([f64; 3], [i64; 3])>,
-    /// How often the loop was closed, and how many faults there were.
+    /// Number of starts of the loop, of faults and of restarts.
     starts: u64,
     faults: u64,
     restarts: u64,
@@ -97,7 +97,7 @@ impl<'a> Soak<'a> {
         Self {
             line: Line::new(&settings, make(&settings)),
             make,
-            // Energy is judged contact by contact.
+            // The energy is checked in separate contacts.
             judge: Judge::new(&settings, 0.0),
             tape: Tape::new(&settings, piece),
             sample: plant.first_sample(),
@@ -115,7 +115,7 @@ impl<'a> Soak<'a> {
         }
     }
 
-    /// So many cycles of the robot.
+    /// Runs some cycles of the robot.
     fn run(&mut self, cycles: u64) {
         for n in 0..cycles {
             if n % EPISODE == EPISODE - 1 {
@@ -125,7 +125,7 @@ impl<'a> Soak<'a> {
         }
     }
 
-    /// The robot is moved back by hand, and RSI is started anew.
+    /// The robot is moved back by hand, and RSI is restarted.
     fn walk_to_the_robot(&mut self) {
         self.plant = plant(self.dice.roll(1 << 30));
         self.sample = self.plant.first_sample();
@@ -133,7 +133,7 @@ impl<'a> Soak<'a> {
         self.drift = None;
     }
 
-    /// The way out of a zero that was taken under load: no reset finds a small force any more.
+    /// Ends a state in which the zero was taken under load, so that no reset finds a small force any more.
     fn restart_the_board(&mut self) {
         self.line = Line::new(&self.settings, (self.make)(&self.settings));
         self.judge = Judge::new(&self.settings, 0.0);
@@ -168,7 +168,7 @@ impl<'a> Soak<'a> {
         self.sample = self.plant.step(velocity(&answered, decimals));
     }
 
-    /// What a person does: start, watch, start again after a fault, stop now and then, jog.
+    /// Behaviour of the operator: starts, waits, restarts after a fault, stops occasionally, jogs.
     fn operator(&mut self) -> Option<Command> {
         self.quiet += 1;
         let whim = self.dice.roll(RARELY) == 0;
@@ -187,7 +187,7 @@ impl<'a> Soak<'a> {
                 if self.resets > MOST_RESETS {
                     self.restart_the_board();
                 }
-                // What presses on the sensor is taken away by hand.
+                // The operator removes what presses on the sensor.
                 if self.sample.wrench[0].abs() > 10.0 {
                     self.walk_to_the_robot();
                 }
@@ -197,7 +197,7 @@ impl<'a> Soak<'a> {
         }
     }
 
-    /// The sum of what was sent is what was meant, to a digit.
+    /// Checks that the sum of the corrections equals the intended displacement, to one digit.
     fn look(&mut self, answered: &Answered) {
         let Some(record) = &answered.record else {
             return;
@@ -236,10 +236,10 @@ fn resident() -> u64 {
     pages.unwrap_or_default() * 4096
 }
 
-/// So many cycles with a law, recorded; says what happened in them.
+/// Runs some cycles with a law, records them, and prints a summary.
 ///
 /// # Panics
-/// If something moves, drifts or leaks that should not, or a recording does not give it back.
+/// If a check fails, if there is drift or a leak, or if a recording does not reproduce the cycles.
 pub fn soak_law(law: LawName, cycles: u64, make: MakeBoard<'_>) {
     let mut soak = Soak::new(law, cycles / 8, make);
     soak.run(cycles / 4);
@@ -260,6 +260,6 @@ pub fn soak_law(law: LawName, cycles: u64, make: MakeBoard<'_>) {
          {grown} bytes more"
     );
     assert!(starts > cycles / 50_000, "{law:?} ran {starts} times only");
-    // A minute of the plant's log comes and goes.
+    // Allows for a minute of the plant's log.
     assert!(grown < 16 << 20, "{law:?}: {grown} bytes more");
 }

@@ -1,4 +1,5 @@
-//! What a board's telemetry tells, as `softdock record` keeps it, in pieces; each is whole, and recomputed bit for bit.
+//! A board's telemetry recorded in files as by `softdock record`. Each file must be complete, and its cycles are recomputed
+//! bit for bit.
 
 use softdock_app::image::{IMAGE_MAX_BYTES, Image};
 use softdock_app::record::CycleRecord;
@@ -10,7 +11,7 @@ use softdock_io::telemetry::{Bounds, Recorder};
 use std::net::SocketAddr;
 use tempfile::TempDir;
 
-/// Cycles of a piece, the most: a minute and a half.
+/// Largest number of cycles in a file: a minute and a half.
 const PIECE: u64 = 22_500;
 
 pub(super) struct Tape {
@@ -19,16 +20,16 @@ pub(super) struct Tape {
     boots: u32,
     piece: u64,
     begun: Option<(Recorder, TempDir)>,
-    /// Cycles of the piece that was begun.
+    /// Cycles of the current file.
     cycles: u64,
     replay: Replay,
-    /// Pieces that were looked at, and their bytes.
+    /// Number of checked files, and their bytes.
     pub(super) pieces: u64,
     pub(super) bytes: u64,
 }
 
 impl Tape {
-    /// Of a board that starts. A piece has at most so many cycles.
+    /// For a board that starts. A file has at most `piece` cycles.
     pub(super) fn new(settings: &BoardSettings, piece: u64) -> Self {
         Self {
             settings: settings.clone(),
@@ -43,7 +44,7 @@ impl Tape {
         }
     }
 
-    /// The board starts over.
+    /// The board restarts.
     pub(super) fn boot(&mut self) {
         self.end();
         self.boots += 1;
@@ -90,7 +91,7 @@ impl Tape {
         }
     }
 
-    /// Ends the piece, and looks at it.
+    /// Ends the file and checks it.
     pub(super) fn end(&mut self) {
         let Some((recorder, folder)) = self.begun.take() else {
             return;

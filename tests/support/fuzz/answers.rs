@@ -1,4 +1,4 @@
-//! A board that answers with anything, at the other end of a host's line.
+//! A board with arbitrary answers, connected to a host.
 
 use super::Script;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
@@ -13,8 +13,8 @@ use softdock_link::service::{Frame, FrameReader, PAYLOAD_MAX_BYTES, SelfTest};
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read, Write};
 
-/// A board's own session, of whose answers the bytes of a script change some. Nothing more to say is the end of the line,
-/// so that nobody waits.
+/// A board's own session, with some answers changed by the bytes of a script. At the end of its output the line ends, so that
+/// the host does not wait.
 struct Board {
     session: Session,
     requests: FrameReader,
@@ -60,7 +60,7 @@ impl Board {
         self.answer();
     }
 
-    /// Sends what the session answers, as the script has it.
+    /// Sends the answers of the session, changed by the script.
     fn answer(&mut self) {
         let mut frames = FrameReader::new();
         let line = self.session.line().to_vec();
@@ -80,12 +80,12 @@ impl Board {
                         *byte = value;
                     }
                 }
-                // A piece of it, or more than all.
+                // A part of it, or a longer one.
                 Some(3) => {
                     let [length] = script.bytes();
                     payload.resize((4 * usize::from(length)).min(PAYLOAD_MAX_BYTES), 0);
                 }
-                // Something before it.
+                // Bytes before it.
                 Some(4) => self.said.extend(script.piece().unwrap_or_default()),
                 _ => {}
             }
@@ -122,7 +122,7 @@ impl Line for Board {
     }
 }
 
-/// Whatever a board answers, a host that asks for everything comes to an end.
+/// Whatever a board answers, a host that makes every request comes to an end.
 pub(super) fn board_answers(input: &[u8]) {
     let Ok(mut client) = Client::connect(Port::over(Board::new(input))) else {
         return;

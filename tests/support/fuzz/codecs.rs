@@ -1,4 +1,4 @@
-//! The parsers of what comes to a board.
+//! Parsers of the data that a board receives.
 
 use softdock_app::image::Image;
 use softdock_app::telemetry::{Announcement, Part, read_machine, read_record};
@@ -13,7 +13,7 @@ use softdock_link::rsi::{Tags, parse_rob, parse_sen, salvage_ipoc, write_rob};
 use softdock_link::sensor::{SensorDriver, SensorReading};
 use softdock_link::slcan::{Slcan, encode_frame_line, parse_frame_line};
 
-/// A telegram that can be read can be written and read again; its counter is never taken for another.
+/// A telegram that can be parsed can be written and parsed again; its counter is never read as another one.
 pub(super) fn rsi(input: &[u8]) {
     let tags = Tags::default();
     if let Ok(telegram) = parse_rob(input, &tags) {
@@ -30,7 +30,7 @@ pub(super) fn rsi(input: &[u8]) {
     let _ = parse_sen(input, &tags);
 }
 
-/// What is told of a frame can be read as that frame.
+/// A frame that was written can be read as the same frame.
 pub(super) fn slcan(input: &[u8]) {
     let mut adapter = Slcan::new();
     for byte in input {
@@ -46,7 +46,7 @@ pub(super) fn slcan(input: &[u8]) {
     }
 }
 
-/// Frames of the sensors that come on a bus, in any order.
+/// Frames of CAN sensors, in any order.
 pub(super) fn can_sensor(input: &[u8]) {
     let mut ati = CanSensor::Ati(AtiDriver::new(AtiConfig::default()));
     let mut sri = CanSensor::Sri(SriDriver::new(SriConfig::default()));
@@ -63,7 +63,7 @@ pub(super) fn can_sensor(input: &[u8]) {
     }
 }
 
-/// Process data and what a SubDevice says about itself, and frames on the segment.
+/// Process data, the description of a SubDevice, and frames on the segment.
 pub(super) fn ethercat_sensor(input: &[u8]) {
     let mut driver = AtiSubDevice::new(EtherCatConfig {
         poll_period_us: 1_000,
@@ -113,7 +113,7 @@ pub(super) fn ethercat_sensor(input: &[u8]) {
     }
 }
 
-/// A reading that counts is finite.
+/// Checks that an accepted reading is finite.
 fn take<D: SensorDriver>(driver: &mut D, frame: &D::Frame, n: usize) {
     let now_us = n as u64 * 1_000;
     for _ in 0..4 {
@@ -125,7 +125,7 @@ fn take<D: SensorDriver>(driver: &mut D, frame: &D::Frame, n: usize) {
     }
 }
 
-/// Settings that are read may be used, and are written as they were read.
+/// Settings that can be decoded are valid, and are the same after encoding and decoding.
 pub(super) fn image(input: &[u8]) {
     if let Ok(image) = Image::decode(input) {
         image

@@ -1,4 +1,4 @@
-//! Mutates what the corpus holds, as coverage-guided fuzzers do, without the coverage.
+//! Mutates the corpus as coverage-guided fuzzers do, but without coverage.
 
 use super::{Target, corpus};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -8,12 +8,12 @@ use std::time::{Duration, Instant};
 const LONGEST: usize = 4096;
 /// Most mutations of an input.
 const MUTATIONS: u64 = 8;
-/// Bytes that parsers stumble over.
+/// Bytes that often cause errors in parsers.
 const CURIOUS: [u8; 12] = [
     0, 1, 0x7f, 0x80, 0xff, b'0', b'9', b'-', b'.', b'"', b'<', b'\r',
 ];
 
-/// Words that stand for numbers in texts, and are none that anybody means.
+/// Unusual numbers for texts.
 const CURIOUS_NUMBERS: [&str; 10] = [
     "0",
     "-1",
@@ -27,7 +27,7 @@ const CURIOUS_NUMBERS: [&str; 10] = [
     "[]",
 ];
 
-/// Numbers that look random.
+/// Pseudo-random numbers.
 struct Dice(u64);
 
 impl Dice {
@@ -40,11 +40,12 @@ impl Dice {
     }
 }
 
-/// Runs a target on its corpus, then on mutations of it while `more` says so of the inputs so far and the time; how
-/// many inputs there were. A seed gives the same mutations each time. What fails is kept in a file, for the corpus.
+/// Runs a target on its corpus, then on mutations of it while `more` returns true for the number of inputs so far and the
+/// time. Returns the number of inputs. A seed always gives the same mutations. An input that fails is saved in a file for the
+/// corpus.
 ///
 /// # Panics
-/// As the target does.
+/// If the target panics.
 pub fn fuzz(target: Target, seed: u64, more: impl Fn(u64, Duration) -> bool) -> u64 {
     let corpus = inputs(target.name);
     let longest = corpus.iter().map(Vec::len).fold(LONGEST, usize::max);
@@ -72,7 +73,7 @@ fn run(target: Target, input: &[u8]) {
     }
 }
 
-/// The files of a target, in their order, and nothing at all.
+/// The files of a target in order, and the empty input.
 fn inputs(name: &str) -> Vec<Vec<u8>> {
     let folder = corpus(name);
     let mut files: Vec<_> = std::fs::read_dir(&folder)
@@ -84,7 +85,7 @@ fn inputs(name: &str) -> Vec<Vec<u8>> {
     std::iter::once(Vec::new()).chain(inputs).collect()
 }
 
-/// One change.
+/// Makes one change.
 fn mutate(input: &mut Vec<u8>, other: &[u8], dice: &mut Dice) {
     let at = dice.roll(input.len() as u64 + 1) as usize;
     let length = dice.roll(16) as usize + 1;
@@ -108,7 +109,7 @@ fn mutate(input: &mut Vec<u8>, other: &[u8], dice: &mut Dice) {
     }
 }
 
-/// The next number of a text becomes a curious one.
+/// Replaces the next number of a text by an unusual one.
 fn replace_number(input: &mut Vec<u8>, from: usize, dice: &mut Dice) {
     let is_part = |byte: &u8| byte.is_ascii_digit() || b".+-".contains(byte);
     let Some(start) = input.iter().skip(from).position(u8::is_ascii_digit) else {

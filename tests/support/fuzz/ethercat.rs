@@ -1,4 +1,4 @@
-//! EtherCAT: frames to the simulated SubDevice, and what the board's MainDevice makes of one that goes wrong.
+//! EtherCAT: frames to the simulated SubDevice, and the board's MainDevice with a SubDevice that misbehaves.
 
 use super::Script;
 use softdock_control::io::SensorSample;
@@ -13,7 +13,7 @@ use std::ops::ControlFlow;
 /// Cycles of a session: two start-ups and a closed loop.
 const CYCLES: u64 = 200;
 
-/// Frames, each behind its length: what comes back is as long as what was sent, or nothing does.
+/// Frames, each after its length: an answer is as long as its frame, or there is none.
 pub(super) fn frames(input: &[u8]) {
     let devices = Product::ALL.map(|product| SubDevice::new(Description::of(product)));
     let mut segment = Segment::new(devices.to_vec());
@@ -27,8 +27,8 @@ pub(super) fn frames(input: &[u8]) {
     }
 }
 
-/// A board whose segment does what the bytes say before each telegram: each is answered until the board asks the
-/// robot to stop, which it does in a fault alone, and nothing moves in one.
+/// A board whose segment behaves as the bytes say before each telegram. Each telegram is answered until the board asks the
+/// robot to stop, which it does only in a fault, and in a fault the robot does not move.
 pub(super) fn session(input: &[u8]) {
     let mut scenario = Scenario::spring_rod().unwrap();
     scenario.board.ethercat.enabled = true;
@@ -106,7 +106,7 @@ fn disturb(segment: &mut Segment, script: &mut Script<'_>) {
     }
 }
 
-/// A SubDevice that says of itself what the bytes say.
+/// A SubDevice whose description comes from the bytes.
 fn described(script: &mut Script<'_>) -> Description {
     let entries = |script: &mut Script<'_>| {
         (0..script.byte().unwrap_or_default() % 12)

@@ -1,4 +1,4 @@
-//! The texts that people write, and recordings.
+//! Texts written by users, and recordings.
 
 use softdock_app::robot_link::Prepared;
 use softdock_app::settings::BoardSettings;
@@ -13,7 +13,7 @@ use std::ops::ControlFlow;
 /// Length of a run of a scenario, s.
 const RUN_S: f64 = 0.1;
 
-/// What is read is written and read again as it was.
+/// A recording that can be read can be written and read again without a change.
 pub(super) fn recording(input: &[u8]) {
     if let Ok(recording) = Recording::read_from(input, input.len() as u64)
         && let Ok(file) = recording.write_to(Vec::new())
@@ -34,7 +34,7 @@ pub(super) fn model(input: &[u8]) {
     }
 }
 
-/// Settings that are accepted are those of a board.
+/// Settings that are accepted are valid for a board.
 pub(super) fn settings(input: &[u8]) {
     if let Ok(text) = str::from_utf8(input)
         && let Ok(settings) = input::parse::<BoardSettings>(text, "board.toml")
@@ -44,7 +44,7 @@ pub(super) fn settings(input: &[u8]) {
     }
 }
 
-/// A scenario that is accepted runs, or it is said why not.
+/// An accepted scenario runs or returns an error.
 pub(super) fn scenario(input: &[u8]) {
     if let Ok(text) = str::from_utf8(input)
         && let Ok(mut scenario) = input::parse::<Scenario>(text, "scenario.toml")
@@ -55,7 +55,7 @@ pub(super) fn scenario(input: &[u8]) {
     }
 }
 
-/// Of a campaign that is accepted every row is a scenario, or says why not.
+/// Every row of an accepted campaign is a scenario or an error.
 pub(super) fn campaign(input: &[u8]) {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("campaign.toml");

@@ -1,4 +1,4 @@
-//! The folder of a campaign, which other machines and programs write into.
+//! The folder of a campaign, into which other machines and programs write.
 
 use super::Script;
 use softdock_experiments::campaign::merge::merge;
@@ -24,8 +24,8 @@ uniform = [0.002, 0.02]
 const PARTS: [Shard; 2] = [Shard { number: 0, of: 2 }, Shard { number: 1, of: 2 }];
 const JOURNAL: &str = ".rows-1-of-2-77-0.journal";
 
-/// What was changed, cut off, renamed and put in beside: how far it is and its table are said, or why not; whole is only
-/// what has every row.
+/// After files were changed, cut off, renamed and added, the progress and the table are either returned or refused with an
+/// error; a campaign counts as complete only if it has every row.
 pub(super) fn campaign_folder(input: &[u8]) {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
@@ -60,7 +60,7 @@ pub(super) fn campaign_folder(input: &[u8]) {
     }
 }
 
-/// A campaign of four rows with one part, and another that was stopped.
+/// A campaign of four rows with one part, and another one that was stopped.
 fn written(folder: &Path) -> Plan {
     let campaign = folder.join("campaign.toml");
     std::fs::write(folder.join("spring-rod.toml"), SPRING_ROD).unwrap();
@@ -83,7 +83,7 @@ fn name(script: &mut Script<'_>) -> String {
     String::from_utf8_lossy(piece).replace(['/', '\0'], "_")
 }
 
-/// Some bytes of a file, counted from its end, where Parquet has its description.
+/// Changes some bytes of a file, counted from its end, where Parquet has its metadata.
 fn change(path: &Path, script: &mut Script<'_>) {
     let Ok(mut bytes) = std::fs::read(path) else {
         return;

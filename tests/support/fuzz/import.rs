@@ -6,7 +6,7 @@ use softdock_analysis::import::mapping::import_at_least;
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 
-/// Between the texts of an input.
+/// Separates the texts of an input.
 const SEPARATOR: &str = "\n=====\n";
 
 /// A mapping and a table.
@@ -41,7 +41,7 @@ pub(super) fn rig_log(input: &[u8]) {
     }
 }
 
-/// What is imported can be compared, or it is said why not, and written.
+/// An imported log can be compared, or the comparison returns an error; and it can be written.
 fn compared(model: &Model, recording: &Recording) {
     let _ = compare(model, recording);
     recording.write_to(Vec::new()).unwrap();

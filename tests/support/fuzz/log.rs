@@ -1,4 +1,4 @@
-//! Whole logs in which any number stands anywhere: what may be asked of a recording is answered, or refused.
+//! Complete logs with any number in any place: every evaluation of a recording returns a result or an error.
 
 use super::Script;
 use softdock_analysis::compare::compare;
@@ -38,7 +38,7 @@ pub(super) fn log(input: &[u8]) {
     assert!(compared.is_ok() || !untouched);
 }
 
-/// Another value of one quantity.
+/// Changes the value of one quantity.
 fn change(cycle: &mut CycleRecord, script: &mut Script<'_>) {
     let CycleRecord { inputs, trace, .. } = cycle;
     let (event, axis) = (script.byte().unwrap_or_default(), script.byte());

@@ -1,8 +1,8 @@
-//! What is fuzzed: the parsers of everything that comes from outside, and whole conversations. A target takes any bytes
-//! and must not panic, hang or break what it promises.
+//! Fuzz targets: the parsers of all data from outside, and complete conversations. A target accepts any bytes and must not
+//! panic, hang or break its guarantees.
 //!
-//! [`driver`] mutates what the corpus holds, on any tool chain; `fuzz/run` hands the same targets to cargo-fuzz, which is
-//! guided by coverage. What was ever found stays in the corpus, which every run begins with.
+//! [`driver`] mutates the corpus, on any tool chain; `fuzz/run` runs the same targets with cargo-fuzz, which is guided by
+//! coverage. Every input that ever failed stays in the corpus, with which every run begins.
 #![allow(
     clippy::unwrap_used,
     reason = "a target that finds something fails the test"
@@ -27,13 +27,13 @@ use std::path::{Path, PathBuf};
 pub struct Target {
     /// Name, also of its folder in the corpus.
     pub name: &'static str,
-    /// Takes an input.
+    /// Runs the target on one input.
     pub run: fn(&[u8]),
-    /// Inputs in a quick run, a fraction of a second.
+    /// Number of inputs in a quick run, which takes a fraction of a second.
     pub few: u64,
 }
 
-/// All of them.
+/// All targets.
 pub const TARGETS: [Target; 21] = [
     target("rsi", codecs::rsi, 500),
     target("slcan", codecs::slcan, 500),
@@ -62,14 +62,14 @@ const fn target(name: &'static str, run: fn(&[u8]), few: u64) -> Target {
     Target { name, run, few }
 }
 
-/// Files of a target to begin with.
+/// Folder of the corpus of a target.
 pub fn corpus(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("fuzz/corpus")
         .join(name)
 }
 
-/// Bytes as a script that says what happens.
+/// Bytes that are used as a script of events.
 struct Script<'a>(&'a [u8]);
 
 impl<'a> Script<'a> {
@@ -79,12 +79,12 @@ impl<'a> Script<'a> {
         Some(*first)
     }
 
-    /// Zeros behind its end.
+    /// The next bytes; zeros after the end.
     fn bytes<const N: usize>(&mut self) -> [u8; N] {
         core::array::from_fn(|_| self.byte().unwrap_or_default())
     }
 
-    /// As many as the next byte says and there are.
+    /// As many bytes as the next byte says, but no more than there are.
     fn piece(&mut self) -> Option<&'a [u8]> {
         let length = usize::from(self.byte()?).min(self.0.len());
         let (piece, rest) = self.0.split_at(length);
@@ -92,7 +92,7 @@ impl<'a> Script<'a> {
         Some(piece)
     }
 
-    /// A number of a sensible size, or any at all.
+    /// A number of usual size, or occasionally any number.
     fn number(&mut self, scale: f64) -> f64 {
         match self.byte() {
             Some(255) => f64::from_le_bytes(self.bytes()),

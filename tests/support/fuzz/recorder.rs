@@ -1,4 +1,4 @@
-//! What comes to `softdock record` from anybody on the network.
+//! Datagrams that `softdock record` may receive from the network.
 
 use super::Script;
 use softdock_app::image::{IMAGE_MAX_BYTES, Image};
@@ -9,7 +9,7 @@ use softdock_io::recording::Recording;
 use softdock_io::telemetry::{Bounds, Recorder};
 use std::net::SocketAddr;
 
-/// Small ones, which a few datagrams reach.
+/// Small limits, which a few datagrams reach.
 const BOUNDS: Bounds = Bounds {
     begun: 3,
     piece_bytes: 1 << 20,
@@ -17,8 +17,8 @@ const BOUNDS: Bounds = Bounds {
     total_bytes: 1 << 20,
 };
 
-/// Boards that announce themselves and run, as the bytes say; datagrams that were changed and checked anew; and bytes.
-/// All files are whole.
+/// Boards that announce themselves and run, controlled by the bytes; datagrams that were changed, with a new checksum; and
+/// arbitrary bytes. All recorded files are complete.
 pub(super) fn recorder(input: &[u8]) {
     let folder = tempfile::tempdir().unwrap();
     let mut recorder = Recorder::within(&folder.path().join("run.mcap"), BOUNDS);
@@ -38,7 +38,7 @@ pub(super) fn recorder(input: &[u8]) {
         let from = SocketAddr::from(([192, 168, 1, event], 49_152));
         for mut datagram in datagrams {
             spoil(&mut datagram, event, &mut script);
-            // The error that ends a recording: nothing that could be recorded, or too much.
+            // The error that ends a recording: there was nothing to record, or too much.
             if recorder.accept(&datagram, from).is_err() {
                 break;
             }
@@ -84,7 +84,7 @@ fn written(part: Part<'_>) -> Datagram {
     datagram
 }
 
-/// Some datagrams: other numbers and another payload, with a checksum that fits.
+/// Changes some datagrams: other numbers and another payload, with a valid checksum.
 fn spoil(datagram: &mut Datagram, event: u8, script: &mut Script<'_>) {
     if event < 128 {
         return;

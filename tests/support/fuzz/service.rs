@@ -12,12 +12,12 @@ use softdock_app::store::{Boot, Store};
 use softdock_link::service::{Frame, FrameReader, Kind, PROTOCOL};
 use softdock_rig::board::flash::FileFlash;
 
-/// For all answers of a session, bytes.
+/// Space for all answers of a session, bytes.
 const ROOM: usize = 1 << 20;
 /// Number of the boot.
 const BOOT: u32 = 7;
 
-/// Time that passes when somebody waits for it.
+/// A clock that advances at once when it is waited for.
 struct Quick(Cell<u64>);
 
 impl Clock for Quick {
@@ -38,7 +38,7 @@ const HELLO: Frame<'static> = Frame {
     payload: &[],
 };
 
-/// Number of the first conversation of a board that starts so.
+/// Number of the first conversation of a board that starts with `boot`.
 fn first_conversation(boot: &Boot) -> u32 {
     let mut session = Session::new(boot, BOOT, "a board");
     let now = Now {
@@ -54,7 +54,7 @@ fn first_conversation(boot: &Boot) -> u32 {
     numbers.next().expect("an answer")
 }
 
-/// A hello, and the bytes as pieces: a length, and a frame's payload; or, with an odd length, bytes of the line.
+/// A hello, and the bytes as pieces: a length and the payload of a frame or, with an odd length, bytes of the line.
 fn line(input: &[u8], conversation: u32) -> Vec<u8> {
     let (mut line, mut rest) = (HELLO.encode().unwrap().to_vec(), input);
     for sequence in 1.. {
@@ -79,14 +79,14 @@ fn line(input: &[u8], conversation: u32) -> Vec<u8> {
     line
 }
 
-/// Whatever is said: answers are frames, and the next start finds settings that may be used.
+/// Whatever the host sends, all answers are frames, and the next start finds valid settings.
 pub(super) fn service_session(input: &[u8]) {
     let mut flash: FileFlash = FileFlash::open(None).unwrap();
     let mut kept = BoardSettings::default();
     kept.rsi.robot_ip = "any".try_into().unwrap();
     flash.put_if_empty(kept).unwrap();
     let mut trial = None;
-    // Settings on trial are a start of their own.
+    // Settings on trial need a start of their own.
     for _ in 0..2 {
         let mut block = [0; IMAGE_MAX_BYTES];
         let mut store = Store::new(&mut flash);

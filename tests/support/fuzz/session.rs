@@ -1,4 +1,4 @@
-//! A robot's conversation with a board: telegrams, samples and commands as the bytes say, with every law.
+//! A robot's conversation with a board, for every law: the bytes determine telegrams, samples and commands.
 
 use super::Script;
 use core::net::SocketAddr;
@@ -63,7 +63,7 @@ pub(super) fn robot_session(input: &[u8]) {
     }
 }
 
-/// What can be read is answered with its counter; a fault moves nothing, and no step is larger than allowed.
+/// A readable telegram is answered with its counter; in a fault the robot does not move, and no step exceeds its limit.
 fn answer(
     link: &mut RobotLink<f64>,
     datagram: &[u8],

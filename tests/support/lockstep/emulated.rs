@@ -20,30 +20,30 @@ use std::time::{Duration, Instant};
 const ICOUNT_SHIFT: u32 = 6;
 /// A tick of the board's counter, ns.
 const TICK_NS: u32 = 40;
-/// How often it is looked whether QEMU has ended.
+/// Interval of the checks whether QEMU has ended.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
-/// Instructions of a count of ticks; exact up to one.
+/// Converts ticks to instructions; exact to one instruction.
 pub fn instructions(ticks: u32) -> u32 {
     (ticks * TICK_NS) >> ICOUNT_SHIFT
 }
 
-/// A session in QEMU, until it is dropped.
+/// A session in QEMU, which ends on drop.
 #[derive(Debug)]
 pub struct Emulated {
     qemu: Child,
-    /// None: it is to end.
+    /// None when the session is to end.
     steps: Option<Sender<Step>>,
     done: Receiver<Done>,
-    /// Steps that were carried out.
+    /// Number of executed steps.
     count: usize,
 }
 
 impl Emulated {
-    /// Starts a session on `chip` with `settings`. A test gives each its own name.
+    /// Starts a session on `chip` with `settings`. `test` must be unique to each session.
     ///
     /// # Panics
-    /// If the program does not build.
+    /// If the program cannot be built.
     pub fn start(test: &str, chip: Chip, settings: &BoardSettings) -> Self {
         let (folder, qemu) = launch(test, chip);
         let (steps, done) = converse(&folder, block(settings));
@@ -55,16 +55,16 @@ impl Emulated {
         }
     }
 
-    /// What comes of a step, with the time that it takes.
+    /// Runs a step; returns its results, with the cost.
     ///
     /// # Panics
-    /// If QEMU has ended, or says nothing.
+    /// If QEMU has ended or does not answer.
     pub fn take(&mut self, step: Step) -> Done {
         self.give(step);
         self.next()
     }
 
-    /// What comes of all `steps` in a session of their own. No step waits for the answer to the one before.
+    /// Runs all `steps` in a separate session and returns their results. No step waits for the answer to the previous one.
     ///
     /// # Panics
     /// As [`start`](Self::start) and [`take`](Self::take).
@@ -77,7 +77,7 @@ impl Emulated {
 
     fn give(&self, step: Step) {
         if let Some(steps) = &self.steps {
-            // What is not taken is not answered either.
+            // If the session has ended, there is no answer either.
             let _ = steps.send(step);
         }
     }
@@ -102,16 +102,16 @@ impl Emulated {
 impl Drop for Emulated {
     fn drop(&mut self) {
         self.steps = None;
-        // It ends by itself, or it is stuck.
+        // It has ended, or it hangs.
         let _ = self.qemu.kill();
         let _ = self.qemu.wait();
     }
 }
 
-/// What mathematical functions cost on `chip`, instructions for a call.
+/// Cost of mathematical functions on `chip`, instructions per call.
 ///
 /// # Panics
-/// As [`Emulated::start`]; or if QEMU says nothing.
+/// As [`Emulated::start`]; or if QEMU does not answer.
 pub fn function_costs(test: &str, chip: Chip) -> [[f64; LIBRARIES.len()]; FUNCTIONS.len()] {
     let (folder, mut qemu) = launch(test, chip);
     let (send, receive) = channel();
@@ -126,12 +126,12 @@ pub fn function_costs(test: &str, chip: Chip) -> [[f64; LIBRARIES.len()]; FUNCTI
             .read(true)
             .open(from)?
             .read_to_end(&mut told)?;
-        // Nobody listens any more when the test has failed.
+        // The receiver is gone if the test has failed.
         let _ = send.send(told);
         Ok(())
     });
     let told = receive.recv_timeout(PATIENCE);
-    // It has ended by itself, or it is stuck.
+    // It has ended, or it hangs.
     let _ = qemu.kill();
     let _ = qemu.wait();
     let told = told.expect("QEMU tells the costs");
@@ -139,14 +139,14 @@ pub fn function_costs(test: &str, chip: Chip) -> [[f64; LIBRARIES.len()]; FUNCTI
     costs.map(|row| row.map(|ticks| f64::from(instructions(ticks)) / f64::from(CALLS)))
 }
 
-/// The program on `chip` in a folder of its own, with its pipes.
+/// Starts the program on `chip` in a separate folder, with its pipes.
 fn launch(test: &str, chip: Chip) -> (PathBuf, Child) {
     let board = BoardImage {
         package: "softdock-lockstep",
         target: chip.target(),
         features: &["board"],
     };
-    // Its instructions are counted.
+    // The profile matters, because instructions are counted.
     let image = build(&board, &emulated_profile()).expect("the program builds");
     let folder = scratch(test);
     for pipe in ["to_board", "from_board"] {
@@ -182,8 +182,8 @@ fn block(settings: &BoardSettings) -> Vec<u8> {
     bytes
 }
 
-/// Sends steps and hears what comes of them, each on a thread of its own: a pipe without a board behind it blocks for
-/// ever, and a board that finds the next step in its pipe does not wait for the host.
+/// Sends steps and receives their results, each in a separate thread: a pipe without a board blocks forever, and a board that
+/// finds the next step in its pipe does not wait for the host.
 fn converse(folder: &Path, settings: Vec<u8>) -> (Sender<Step>, Receiver<Done>) {
     let (give, steps) = channel::<Step>();
     let (send, receive) = channel();

@@ -1,5 +1,5 @@
-//! The firmware's session in QEMU, one step after the other, with virtual time that counts
-//! instructions, beside the same session on the host.
+//! The firmware's session in QEMU, one step after the other, with virtual time that counts instructions, compared with the
+//! same session on the host.
 
 mod emulated;
 mod story;
@@ -12,9 +12,9 @@ use softdock_io::recording::Comparison;
 use softdock_lockstep::{Done, Session, Step};
 use softdock_rig::board::qemu::Chip;
 
-/// Something that takes datagrams and readings as a board does.
+/// A board that takes datagrams and readings.
 pub trait Board {
-    /// What comes of a step.
+    /// Runs a step and returns its results.
     fn take(&mut self, step: Step) -> Done;
 }
 
@@ -33,10 +33,10 @@ pub struct Twins {
 }
 
 impl Twins {
-    /// Starts both. A test gives each its own name.
+    /// Starts both. `test` must be unique to each pair.
     ///
     /// # Panics
-    /// If the settings may not be used, or the program does not build.
+    /// If the settings are not valid, or the program cannot be built.
     pub fn start(test: &str, settings: &BoardSettings) -> Self {
         Self {
             emulated: Emulated::start(test, Chip::An500, settings),
@@ -57,7 +57,7 @@ impl Board for Twins {
     }
 }
 
-/// Compares what came of the same steps.
+/// Compares the results of the same steps.
 #[derive(Debug, Default)]
 pub struct SameBits {
     comparison: Comparison,
@@ -65,7 +65,7 @@ pub struct SameBits {
 }
 
 impl SameBits {
-    /// Looks at the next step.
+    /// Compares the next step.
     ///
     /// # Panics
     /// If a bit of the answers or records differs.

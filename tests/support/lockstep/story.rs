@@ -1,5 +1,5 @@
-//! Steps with everything that a rig goes through: flight, contacts, commands in every mode, faults
-//! of the sensor and of the line, strangers, garbage.
+//! Steps with all events in the life of a rig: flight, contacts, commands in every mode, faults of the sensor and of the
+//! line, datagrams of other computers, garbage.
 
 use crate::walls::Case;
 use softdock_app::record::CycleRecord;
@@ -16,8 +16,8 @@ const CHAPTER: usize = 2500;
 /// Decimals that the robot sends.
 const DECIMALS: u8 = 6;
 
-/// Steps of `cycles` cycles for a board with `settings`. The inputs are those of a spacecraft that
-/// bounces between two turned walls, which turns slowly besides; they do not follow the answers.
+/// Steps of `cycles` cycles for a board with `settings`. The inputs are those of a spacecraft that bounces between two turned
+/// walls and also turns slowly; they do not depend on the answers.
 ///
 /// # Panics
 /// If the telegrams cannot be written.
@@ -25,7 +25,7 @@ pub fn story(settings: &BoardSettings, cycles: usize) -> Vec<Step> {
     let mut case = Case::new(15.0, 0.01).turned(0.4);
     case.left_m = 0.002;
     case.right_m = 0.002;
-    // Each bounce as fast as the one before.
+    // All bounces are equally fast.
     case.settings.delay.model_velocity = ModelVelocity::End;
     let mut rig = case.start::<f64>();
     let mut steps = Vec::with_capacity(cycles);
@@ -35,7 +35,7 @@ pub fn story(settings: &BoardSettings, cycles: usize) -> Vec<Step> {
         let mut step = step(settings, n, &record);
         spoil(n, &mut step, &kept);
         kept = step.clone();
-        // Lost on the way to the board, once for a moment and once for too long.
+        // Telegrams are lost, once for a short and once for too long a time.
         if !matches!(n % CHAPTER, 1600..1602 | 2300..2315) {
             steps.push(step);
         }
@@ -76,8 +76,8 @@ fn step(settings: &BoardSettings, n: usize, record: &CycleRecord) -> Step {
     }
 }
 
-/// Each chapter is opened and stopped; in between it is tried again and again to reset, arm and
-/// start, which is refused while the loop is closed and while the load is too large.
+/// Each chapter is started and stopped. In between, reset, arm and start are tried repeatedly; they are refused while the
+/// loop is closed and while the load is too large.
 fn command(cycle: usize) -> Option<Command> {
     match (cycle, cycle % 100) {
         (5, _) => Some(Command::Hold),
@@ -90,7 +90,7 @@ fn command(cycle: usize) -> Option<Command> {
     }
 }
 
-/// What goes wrong, each at a place of its own; the longer ones in chapters of their own.
+/// Faults, each at a different place; the longer ones in separate chapters.
 fn spoil(n: usize, step: &mut Step, last: &Step) {
     let (chapter, cycle) = (n / CHAPTER, n % CHAPTER);
     match (chapter % 8, cycle) {

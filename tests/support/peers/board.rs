@@ -1,4 +1,4 @@
-//! `softdock board` as a child process on ports of its own.
+//! `softdock board` as a child process on its own ports.
 
 use crate::process::{PATIENCE, Running, scratch, softdock_binary};
 use std::net::{Ipv4Addr, SocketAddr};
@@ -11,7 +11,7 @@ use super::{Answer, Robot};
 /// A free port of this computer.
 const ANY: &str = "127.0.0.1:0";
 
-/// A running board, the folder of its files, and where it listens.
+/// A running board, the folder of its files, and its addresses.
 #[derive(Debug)]
 pub struct Board {
     /// The process.
@@ -20,11 +20,11 @@ pub struct Board {
     pub folder: PathBuf,
     /// The robot's port (UDP).
     pub robot: SocketAddr,
-    /// The sensor's port (TCP); port 0 where the board opens an adapter instead.
+    /// The sensor's port (TCP); port 0 if the board opens an adapter instead.
     pub can: SocketAddr,
     /// The port of the EtherCAT segment (UDP), with `--ethercat`.
     pub ethercat: Option<SocketAddr>,
-    /// Where the service is, with `--service`: a TCP address or the path of a pseudo-terminal.
+    /// Address of the service, with `--service`: a TCP address or the path of a pseudo-terminal.
     pub service: Option<String>,
 }
 
@@ -32,15 +32,15 @@ impl Board {
     /// Starts a board with `settings` (TOML) on free ports; it records into `run.mcap`.
     ///
     /// # Panics
-    /// If it does not come up.
+    /// If the board does not start.
     pub fn start(test: &str, settings: &str, arguments: &[&str]) -> Self {
         Self::start_with_can(test, settings, ANY, arguments)
     }
 
-    /// Likewise, with the sensor at the end of `can`.
+    /// As [`Self::start`], with the sensor at `can`.
     ///
     /// # Panics
-    /// If it does not come up.
+    /// If the board does not start.
     pub fn start_with_can(test: &str, settings: &str, can: &str, arguments: &[&str]) -> Self {
         let folder = scratch(test);
         std::fs::write(folder.join("board.toml"), settings).expect("settings can be written");
@@ -50,7 +50,7 @@ impl Board {
             .args(["board", "--settings", "board.toml", "-o", "run.mcap"]);
         command.args(["--robot", ANY, "--can", can]).args(arguments);
         let mut process = Running::start("board", &mut command);
-        // board: robot on UDP 127.0.0.1:1, SLCAN on TCP 127.0.0.1:2
+        // Example: "board: robot on UDP 127.0.0.1:1, SLCAN on TCP 127.0.0.1:2".
         let line = process.wait_for("board: robot on UDP ");
         let mut addresses = line.split([' ', ',']).filter_map(|word| word.parse().ok());
         let Some(robot) = addresses.next() else {
@@ -76,10 +76,10 @@ impl Board {
         self.folder.join("run.mcap")
     }
 
-    /// Lets `robot` go on, a cycle per ms, until the board says `text`; the last answer.
+    /// Runs cycles of `robot`, one per ms, until the board prints `text`; returns the last answer.
     ///
     /// # Panics
-    /// If it never does, or a cycle is not answered.
+    /// If the board never does, or a cycle is not answered.
     pub fn cycles_until(&mut self, robot: &mut Robot, text: &str) -> Answer {
         let give_up = Instant::now() + PATIENCE;
         loop {
@@ -96,10 +96,10 @@ impl Board {
         }
     }
 
-    /// Ends it with Ctrl-C: the path of its recording, and what it said.
+    /// Ends the board with Ctrl-C; returns the path of its recording, and its output.
     ///
     /// # Panics
-    /// If it does not end well.
+    /// If the board ends with an error.
     pub fn stop(self) -> (PathBuf, String) {
         let recording = self.recording();
         self.process.interrupt();
@@ -109,16 +109,16 @@ impl Board {
     }
 }
 
-/// Where a board listens for its EtherCAT segment, by the line that says so.
+/// Address of a board's EtherCAT port, from the line that prints it.
 pub(super) fn segment(line: &str) -> Option<SocketAddr> {
     let (_, behind) = line.split_once("EtherCAT on UDP ")?;
     behind.split(',').next()?.trim().parse().ok()
 }
 
-/// The counter before `word` in the board's last line: `5 cycles, 0 lost, ..`.
+/// The number before `word` in the board's last line: `5 cycles, 0 lost, ..`.
 ///
 /// # Panics
-/// If the board has not said it.
+/// If the board has not printed it.
 pub fn counted(log: &str, word: &str) -> u64 {
     let line = log
         .lines()

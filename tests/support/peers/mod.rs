@@ -1,5 +1,4 @@
-//! Peers of a board process: a robot in lock step, a sensor behind SLCAN, a simulated rig that is both,
-//! and those in Python.
+//! Peers of a board process: a robot in lock step, a sensor behind SLCAN, a simulated rig that is both, and peers in Python.
 
 mod board;
 mod patience;

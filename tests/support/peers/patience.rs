@@ -1,11 +1,11 @@
-//! Settings that keep a busy computer from being taken for a broken robot or sensor.
+//! Settings with which delays on a busy computer do not count as faults of robot or sensor.
 
 use softdock_app::settings::BoardSettings;
 use softdock_experiments::scenario::Scenario;
 use toml_edit::{DocumentMut, Table, de, ser};
 
-/// Whatever counts in cycles or seconds is as patient as it can be: with more settings of each link to the sensor, of RSI
-/// and of the control.
+/// Sets all limits in cycles or seconds to their largest values, with further settings of the links to the sensor, of RSI and
+/// of the control.
 macro_rules! patience {
     (link: $link:literal, rsi: $rsi:literal, control: $control:literal) => {
         concat!(
@@ -22,22 +22,22 @@ macro_rules! patience {
     };
 }
 
-/// For a board whose robot and sensor stand still until it has answered: it polls its sensor as often
-/// as it may, and waits as long as it may.
+/// For a board whose robot and sensor wait until it has answered: it polls its sensor as often as possible, and waits as long
+/// as possible.
 pub const PATIENCE: &str = patience!(link: "poll_period_s = 0.0005\n", rsi: "", control: "");
 
-/// A sensor that is asked late shows one reading more than once. No delay law: the peers' robots do not
-/// follow as the predictor would expect.
+/// For a computer on which the sensor may be asked late, so that a reading repeats. Without a delay law, as the peers' robots
+/// do not follow as the predictor expects.
 pub const BUSY_COMPUTER: &str = patience!(
     link: "sample_wait_s = 0.002\n",
     rsi: "new_run_after_lost = 1000000\n",
     control: "[control.limits]\nclamp_fault_cycles = 10000\n[control.delay]\nlaw = \"none\"\n"
 );
 
-/// The same settings with [`PATIENCE`].
+/// The given settings, with those of [`PATIENCE`].
 ///
 /// # Panics
-/// If they are no settings any more.
+/// If the result is not valid.
 pub fn patient(settings: &BoardSettings) -> BoardSettings {
     let read = |text: &str| text.parse::<DocumentMut>().expect("TOML");
     let mut all = read(&ser::to_string_pretty(settings).expect("settings are TOML"));
@@ -45,8 +45,8 @@ pub fn patient(settings: &BoardSettings) -> BoardSettings {
     de::from_document(all).expect("settings of a board")
 }
 
-/// With a sensor that has no noise, and a board that believes readings which repeat: what is sensed does
-/// not depend on how often, or over which link, it is asked.
+/// A scenario with a noiseless sensor, and a board that accepts readings that repeat: the sensed force does not depend on how
+/// often, or over which link, the sensor is asked.
 pub fn without_noise(mut scenario: Scenario) -> Scenario {
     scenario.board.control.sensor.frozen_after_cycles = 0;
     let sensor = &mut scenario.rig.sensor;
@@ -54,7 +54,7 @@ pub fn without_noise(mut scenario: Scenario) -> Scenario {
     scenario
 }
 
-/// Replaces values by those of the same names.
+/// Replaces values by those with the same names.
 fn replace(table: &mut Table, by: &Table) {
     for (key, item) in by {
         match (

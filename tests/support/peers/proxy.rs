@@ -1,5 +1,4 @@
-//! A line between a host and a board that is not what it should be: noisy, cut off in the middle, or
-//! run at another speed.
+//! A line between a host and a board with a fault: noisy, cut off in the middle, or at another speed.
 
 use std::io::{Read, Write};
 use std::net::{Ipv4Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
@@ -7,34 +6,34 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
-/// What the line does to bytes, in both directions.
+/// Effect of the line on bytes, in both directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// Nothing.
     None,
-    /// Flips a bit of every so many bytes, and drops another one.
+    /// In every so many bytes, one bit is flipped, and less often a byte is dropped.
     Noise(usize),
-    /// Ends after so many bytes to the board.
+    /// The line ends after so many bytes to the board.
     CutAfter(usize),
-    /// Loses one answer of the board, by its number from 0.
+    /// One answer of the board is lost, by its number from 0.
     LosesAnswer(usize),
-    /// Makes other bytes of all that the board says, as another baud rate does.
+    /// All bytes of the board are changed, as with another baud rate.
     Garbled,
 }
 
 /// A TCP port in front of that of a board. It ends with the test.
 #[derive(Debug)]
 pub struct Proxy {
-    /// Where a host connects.
+    /// Address for a host.
     pub address: SocketAddr,
     fault: Arc<Mutex<Fault>>,
     to_board: Arc<AtomicUsize>,
-    /// Zeros that came from the board: there are two for each answer.
+    /// Zero bytes from the board; there are two per answer.
     zeros: Arc<AtomicUsize>,
 }
 
 impl Proxy {
-    /// A line to a board.
+    /// Starts a line to a board.
     ///
     /// # Panics
     /// If no port is free.
@@ -62,19 +61,19 @@ impl Proxy {
         }
     }
 
-    /// What connections from now on do.
+    /// Sets the fault of connections from now on.
     pub fn set(&self, fault: Fault) {
         *self.fault.lock().unwrap_or_else(PoisonError::into_inner) = fault;
         self.to_board.store(0, Ordering::Relaxed);
         self.zeros.store(0, Ordering::Relaxed);
     }
 
-    /// Bytes that went to the board since the last [`Self::set`].
+    /// Bytes sent to the board since the last [`Self::set`].
     pub fn to_board(&self) -> usize {
         self.to_board.load(Ordering::Relaxed)
     }
 
-    /// Answers that came from the board since the last [`Self::set`].
+    /// Answers of the board since the last [`Self::set`].
     pub fn answers(&self) -> usize {
         self.zeros.load(Ordering::Relaxed) / 2
     }
@@ -106,7 +105,7 @@ fn connect(host: &TcpStream, board: &TcpStream, fault: Fault, (to_board, zeros):
     });
 }
 
-/// What becomes of a byte by its number: itself, another one, or nothing; none: the line has ended.
+/// Effect on a byte by its number: unchanged, changed, or lost (`Some(None)`); None means that the line has ended.
 fn damaged(byte: u8, number: usize, fault: Fault) -> Option<Option<u8>> {
     match fault {
         Fault::Noise(every) if number % every == every / 2 => Some(Some(byte ^ 0x10)),

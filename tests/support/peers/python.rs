@@ -1,5 +1,5 @@
-//! The peers in Python: RSIPI's robot controller, a sensor on python-can, MainDevices of EtherCAT, readers of tables
-//! and of recordings, MuJoCo.
+//! Peers in Python: RSIPI's robot controller, a sensor with python-can, EtherCAT MainDevices, readers of tables and of
+//! recordings, MuJoCo.
 
 use crate::process::{Running, forbidden, scratch};
 use serde::Deserialize;
@@ -11,10 +11,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Names the Python interpreter that has RSIPI, python-can, pyarrow, MuJoCo, mcap_ros2 and rosbags.
+/// Environment variable with the Python interpreter that has RSIPI, python-can, pyarrow, MuJoCo, mcap_ros2 and rosbags.
 const PYTHON: &str = "SOFTDOCK_PEERS_PYTHON";
 
-/// RSIPI binds a fixed UDP port (50000), so one robot runs at a time.
+/// RSIPI binds a fixed UDP port (50000), so only one robot can run at a time.
 static RSIPI_PORT: Mutex<()> = Mutex::new(());
 
 fn python() -> OsString {
@@ -23,7 +23,7 @@ fn python() -> OsString {
     })
 }
 
-/// Runs Python text in `folder`: what it says.
+/// Runs Python text in `folder`; returns its output.
 ///
 /// # Panics
 /// If it fails.
@@ -37,10 +37,10 @@ pub fn run(folder: &Path, text: &str) -> String {
     log
 }
 
-/// A Python peer, in `folder`.
+/// The command of a Python peer, in `folder`.
 ///
 /// # Panics
-/// If nobody says where Python is.
+/// If the path of Python is not given.
 pub fn peer(script: &str, folder: &Path) -> Command {
     let python = python();
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
@@ -51,10 +51,10 @@ pub fn peer(script: &str, folder: &Path) -> Command {
     command
 }
 
-/// A sensor on python-can's SLCAN client, once it has opened the channel.
+/// Starts a sensor with python-can's SLCAN client; returns after it has opened the channel.
 ///
 /// # Panics
-/// If it does not come up.
+/// If the sensor does not start.
 pub fn sensor(folder: &Path, can: SocketAddr) -> Running {
     let mut command = peer("sensor.py", folder);
     command.args(["--channel", &format!("socket://{can}")]);
@@ -63,10 +63,11 @@ pub fn sensor(folder: &Path, can: SocketAddr) -> Running {
     running
 }
 
-/// The same sensor behind an SLCAN adapter of that kind (`tcp`, `serial`), and what opens the adapter.
+/// Starts the same sensor behind an SLCAN adapter of this kind (`tcp`, `serial`); returns also the address that opens the
+/// adapter.
 ///
 /// # Panics
-/// If it does not come up.
+/// If the adapter does not start.
 pub fn adapter(folder: &Path, kind: &str) -> (Running, String) {
     let mut command = peer("sensor.py", folder);
     command.args(["--adapter", kind]);
@@ -78,11 +79,11 @@ pub fn adapter(folder: &Path, kind: &str) -> (Running, String) {
     (running, place.unwrap_or_else(|| panic!("no place: {line}")))
 }
 
-/// What pyarrow finds in a table that was written as Parquet: `rows`, `types`, `metadata`. Pandas has found the same
-/// values in it as in the CSV.
+/// What pyarrow reads from a table written as Parquet: `rows`, `types`, `metadata`. Pandas has checked that the values equal
+/// those of the CSV.
 ///
 /// # Panics
-/// If they cannot read it, or disagree.
+/// If they cannot read the table, or the values differ.
 pub fn read_table(table: &DataTable) -> serde_json::Value {
     let folder = scratch("read_table");
     let files = ["table.parquet", "table.csv"].map(|name| folder.join(name));
@@ -96,11 +97,11 @@ pub fn read_table(table: &DataTable) -> serde_json::Value {
     serde_json::from_str(&found).expect("JSON")
 }
 
-/// An EtherCAT MainDevice in Python with its cable, and where the segment is to be plugged in; none if this machine
+/// Starts an EtherCAT MainDevice in Python with its cable; returns also the address for the segment. None if this machine
 /// does not allow such a cable.
 ///
 /// # Panics
-/// If it does not come up.
+/// If it does not start.
 pub fn on_cable(script: &str) -> Option<(Running, SocketAddr)> {
     let mut running = Running::start(script, &mut peer(script, &scratch(script)));
     let line = running.wait_for("");
@@ -115,19 +116,19 @@ pub fn on_cable(script: &str) -> Option<(Running, SocketAddr)> {
     Some((running, cable.unwrap_or_else(|| panic!("no cable: {line}"))))
 }
 
-/// What became of a docking in MuJoCo.
+/// Result of a docking in MuJoCo.
 #[derive(Debug, Deserialize)]
 pub struct Docked {
-    /// Time of the first touch, s.
+    /// Time of the first contact, s.
     pub touched: f64,
-    /// Time at which the mechanism let go, s.
+    /// Time at which the mechanism separated, s.
     pub parted: f64,
-    /// Velocity of the moving spacecraft at the end, if both flew freely: linear and angular.
+    /// Velocity of the moving spacecraft at the end, if both moved freely: linear and angular.
     #[serde(default)]
     pub k: Vec<f64>,
 }
 
-/// Docks in MuJoCo: as the robot and sensor of a board, or both spacecraft by themselves.
+/// Docks in MuJoCo: as the robot and sensor of a board, or with two free spacecraft.
 ///
 /// # Panics
 /// If it fails.
@@ -157,12 +158,12 @@ pub struct RsipiRobot {
     _port: MutexGuard<'static, ()>,
 }
 
-/// What RSIPI decided.
+/// Results of RSIPI's checks.
 #[derive(Debug, Deserialize)]
 pub struct Verdict {
     /// Accepted answers: time stamp, and RKorr as text.
     pub accepted: Vec<(u64, BTreeMap<String, String>)>,
-    /// Reasons of answers that were wrong.
+    /// Reasons for rejected answers.
     pub rejected: Vec<String>,
     /// Cycles without an answer in time.
     pub late: u64,
@@ -173,7 +174,7 @@ pub struct Verdict {
 }
 
 impl RsipiRobot {
-    /// Starts it with an Ethernet configuration for so many answered cycles.
+    /// Starts RSIPI with an Ethernet configuration, for `cycles` answered cycles.
     ///
     /// # Panics
     /// If Python cannot be started.
@@ -188,10 +189,10 @@ impl RsipiRobot {
         }
     }
 
-    /// Waits for its last cycle.
+    /// Waits for the last cycle and returns the results.
     ///
     /// # Panics
-    /// If it fails, or does not say what it found.
+    /// If RSIPI fails, or does not print its results.
     pub fn verdict(mut self) -> Verdict {
         let line = self.process.wait_for("{\"accepted\"");
         let (status, log) = self.process.finish();

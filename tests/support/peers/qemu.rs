@@ -1,4 +1,4 @@
-//! `softdock qemu` as a child process on ports of its own.
+//! `softdock qemu` as a child process on its own ports.
 
 use super::board::segment;
 use crate::process::{PATIENCE, Running, scratch, softdock_binary};
@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::time::Instant;
 
-/// A running board in QEMU, the folder of its files, and where it listens.
+/// A running board in QEMU, the folder of its files, and its addresses.
 #[derive(Debug)]
 pub struct QemuBoard {
     process: Option<Running>,
@@ -28,7 +28,7 @@ impl QemuBoard {
     /// Starts a board with `settings` (TOML) on free ports.
     ///
     /// # Panics
-    /// If it does not come up.
+    /// If the board does not start.
     pub fn start(test: &str, settings: &str, arguments: &[&str]) -> Self {
         let folder = scratch(test);
         std::fs::write(folder.join("board.toml"), settings).expect("settings can be written");
@@ -40,7 +40,7 @@ impl QemuBoard {
             .args(["--robot", &any, "--can", &any, "--service", &any])
             .args(arguments);
         let mut process = Running::start("QEMU board", &mut command);
-        // board: robot on UDP 127.0.0.1:1, SLCAN on TCP 127.0.0.1:2, service on TCP 127.0.0.1:3
+        // Example: "board: robot on UDP 127.0.0.1:1, SLCAN on TCP 127.0.0.1:2, service on TCP 127.0.0.1:3".
         let line = process.wait_for("board: robot on UDP ");
         let mut addresses = line.split([' ', ',']).filter_map(|word| word.parse().ok());
         let mut address = || {
@@ -66,10 +66,10 @@ impl QemuBoard {
         self.process.as_mut().expect("a board that was not stopped")
     }
 
-    /// Does `step` again and again until the board says `text`; that line.
+    /// Repeats `step` until the board prints `text`; returns that line.
     ///
     /// # Panics
-    /// If it never does.
+    /// If the board never does.
     pub fn until(&mut self, text: &str, mut step: impl FnMut()) -> String {
         let give_up = Instant::now() + PATIENCE;
         loop {
@@ -82,10 +82,10 @@ impl QemuBoard {
         }
     }
 
-    /// Ends it with Ctrl-C: what it said.
+    /// Ends the board with Ctrl-C; returns its output.
     ///
     /// # Panics
-    /// If it does not end well, or the board started over in between.
+    /// If the board ends with an error, or restarted before.
     pub fn stop(self) -> String {
         let log = self.end();
         let boots = log.lines().filter(|line| line.ends_with(" ready")).count();
@@ -93,10 +93,10 @@ impl QemuBoard {
         log
     }
 
-    /// Likewise if it may have started over.
+    /// As [`Self::stop`], but the board may have restarted.
     ///
     /// # Panics
-    /// If it does not end well.
+    /// If the board ends with an error.
     pub fn end(mut self) -> String {
         let process = self.process.take().expect("a board is stopped once");
         process.interrupt();
@@ -111,7 +111,7 @@ impl QemuBoard {
 
 impl Drop for QemuBoard {
     fn drop(&mut self) {
-        // A failed test must not leave QEMU behind where nothing ends it with its launcher.
+        // A failed test must not leave QEMU running on systems where it does not end with its launcher.
         if let Some(process) = self.process.take() {
             process.interrupt();
             process.finish_or_kill();
@@ -119,15 +119,15 @@ impl Drop for QemuBoard {
     }
 }
 
-/// The cable of a board's network, by QEMU's machine protocol.
+/// The network cable of a board, controlled with QEMU's machine protocol.
 #[derive(Debug)]
 pub struct Cable(BufReader<TcpStream>);
 
 impl Cable {
-    /// That of a board with `--monitor` on this address.
+    /// The cable of a board with `--monitor` at this address.
     ///
     /// # Panics
-    /// If QEMU is not there.
+    /// If QEMU does not listen.
     pub fn of(monitor: SocketAddr) -> Self {
         let stream = TcpStream::connect(monitor).expect("QEMU listens");
         stream
@@ -138,7 +138,7 @@ impl Cable {
         cable
     }
 
-    /// Plugs it in, or pulls it.
+    /// Plugs the cable in, or unplugs it.
     ///
     /// # Panics
     /// If QEMU refuses.
@@ -156,7 +156,7 @@ impl Cable {
                 length > 0 && !line.contains("\"error\""),
                 "{order}: `{line}`"
             );
-            // Beside answers it tells what happens.
+            // Besides answers, QEMU also sends events.
             if line.contains("\"return\"") {
                 return;
             }

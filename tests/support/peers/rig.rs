@@ -1,9 +1,8 @@
 //! A simulated rig behind real sockets: RSI over UDP, the sensor behind SLCAN over TCP or on EtherCAT over UDP.
 //!
-//! Robot and sensor share the rig's own time, which stands still until the board has answered. A
-//! telegram is sent only after the board has taken a reading of that instant. So the board's
-//! corrections depend on nothing but its arithmetic: two boards that compute the same send the same,
-//! however slow or busy the computer is.
+//! Robot and sensor share the rig's own time, which stops until the board has answered. A telegram is sent only after the
+//! board has taken a reading of that time. So the board's corrections depend only on its arithmetic: two boards with the same
+//! arithmetic send the same corrections, however slow or busy the computer is.
 
 use crate::process::PATIENCE;
 use softdock_app::settings::BoardSettings;
@@ -24,18 +23,18 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// Time after which a telegram counts as missed by a board that starts over.
+/// Time after which a telegram counts as missed by a board that restarts.
 const MISSED: Duration = Duration::from_secs(1);
-/// How often waits look again.
+/// Interval between two checks of a wait.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
-/// Requests of the sensor's data after which a reading has certainly been taken: the first is
-/// answered with it, the second comes after it.
+/// Requests of the sensor's data after which the board has certainly taken the reading: the first is answered with it, the
+/// second comes after that.
 const REQUESTS: u32 = 2;
 
-/// What the board sent, per cycle: X Y Z (units of the last decimal of mm), A B C (of degrees).
+/// Corrections of the board, per cycle: X Y Z (units of the last decimal of mm), A B C (of degrees).
 pub type Motion = Vec<[i64; 6]>;
 
-/// What the sensor shows, and how often it was asked since.
+/// Present output of the sensor, and the number of requests since it was set.
 #[derive(Debug, Default)]
 struct Shown {
     counts: [i16; 6],
@@ -48,7 +47,7 @@ struct Shown {
 struct SharedShown {
     shown: Mutex<Shown>,
     changed: Condvar,
-    /// Likewise, for who waits for nothing else.
+    /// As `ended`, for the EtherCAT segment, which checks only this flag.
     unplugged: AtomicBool,
 }
 
@@ -68,8 +67,7 @@ pub struct LockStepRig {
 }
 
 impl LockStepRig {
-    /// Connects the rig of a scenario to a board with `settings`. Its sensor starts at once, its
-    /// robot with [`Self::run`].
+    /// Connects the rig of a scenario to a board with `settings`. Its sensor starts at once, its robot with [`Self::run`].
     ///
     /// # Panics
     /// If the board does not listen.
@@ -89,10 +87,10 @@ impl LockStepRig {
         })
     }
 
-    /// Likewise with an Axia80 on EtherCAT.
+    /// As [`Self::connect`], with an Axia80 on EtherCAT.
     ///
     /// # Panics
-    /// Likewise.
+    /// As [`Self::connect`].
     pub fn connect_ethercat(
         scenario: &Scenario,
         settings: &BoardSettings,
@@ -133,7 +131,7 @@ impl LockStepRig {
         }
     }
 
-    /// Waits until an EtherCAT sensor has been exchanging data for longer than it takes to believe them.
+    /// Waits until an EtherCAT sensor has exchanged data for longer than the board needs to accept them.
     ///
     /// # Panics
     /// If it never does.
@@ -148,7 +146,7 @@ impl LockStepRig {
         }
     }
 
-    /// Takes the robot to another pose, as a program of its own would, from one cycle to the next.
+    /// Moves the robot to another pose from one cycle to the next, as another robot program would.
     ///
     /// # Panics
     /// If the scenario is not valid.
@@ -157,8 +155,8 @@ impl LockStepRig {
         self.rig = rig.expect("a valid rig");
     }
 
-    /// Runs until `stop` is raised or the board lets go of the sensor's line, at most so many cycles;
-    /// whether it could go on. A telegram that the board misses while it starts over is sent again.
+    /// Runs at most `most` cycles, until `stop` is set or the board closes the sensor's line; returns whether it could go on.
+    /// A telegram that the board misses while it restarts is sent again.
     ///
     /// # Panics
     /// As [`Self::run`].
@@ -166,8 +164,8 @@ impl LockStepRig {
         (0..most).all(|_| !stop.load(Ordering::Relaxed) && self.step().is_some())
     }
 
-    /// Runs one cycle: the correction; None if the board has let go of the sensor's line. A telegram
-    /// that the board misses while it starts over is sent again.
+    /// Runs one cycle; returns the correction, or None if the board has closed the sensor's line. A telegram that the board
+    /// misses while it restarts is sent again.
     ///
     /// # Panics
     /// As [`Self::run`].
@@ -178,7 +176,7 @@ impl LockStepRig {
         self.cycle()
     }
 
-    /// Runs so many cycles: the corrections.
+    /// Runs some cycles; returns the corrections.
     ///
     /// # Panics
     /// If the board does not answer with the telegram's time stamp, or the robot stops.
@@ -187,7 +185,8 @@ impl LockStepRig {
         (0..cycles).map(cycle).collect()
     }
 
-    /// The correction; None if the board has let go of the sensor's line, as when it starts over.
+    /// Runs one cycle; returns the correction, or None if the board has closed the sensor's line, as it does when it
+    /// restarts.
     fn cycle(&mut self) -> Option<[i64; 6]> {
         let report = self.rig.begin_cycle().expect("the robot goes on");
         let sample = self.rig.gauges();
@@ -212,7 +211,7 @@ impl LockStepRig {
                 if answer.ipoc == ipoc {
                     return answer;
                 }
-                // Answers to what was sent twice come twice.
+                // A telegram that was sent twice is answered twice.
                 assert!(
                     sent > 1 || answer.ipoc < ipoc,
                     "the time stamp must come back as it was"
@@ -222,7 +221,7 @@ impl LockStepRig {
         }
     }
 
-    /// Shows gauges and waits until the board has taken a reading of them; false if it never will.
+    /// Sets the gauges and waits until the board has taken a reading of them; false if it never will.
     fn show(&self, counts: [i16; 6], status: u16) -> bool {
         let give_up = Instant::now() + PATIENCE;
         let mut shown = self.shown.lock();
@@ -252,7 +251,7 @@ impl Drop for LockStepRig {
     }
 }
 
-/// Is an EtherCAT segment until the test ends.
+/// Simulates an EtherCAT segment until the test ends.
 fn serve_ethercat(board: SocketAddr, calibration: &AtiCalibration, shared: &SharedShown) {
     let axia = SubDevice::new(Description::of(Product::Axia80));
     let mut segment = Segment::new(vec![axia]);

@@ -1,5 +1,5 @@
-//! A KUKA controller that sends its next telegram when the answer has come: as fast as the board
-//! is, or as slow as the test wants. It reads answers with a few lines of its own.
+//! A KUKA controller that sends its next telegram as soon as the answer has come, so its rate depends on the board or on the
+//! test. It parses answers independently, with a few lines of its own.
 
 use crate::process::PATIENCE;
 use std::io::ErrorKind;
@@ -14,7 +14,7 @@ const FIRST_IPOC: u64 = 123_645_634_560;
 /// An answer of the board.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Answer {
-    /// Time stamp that it answers to.
+    /// Time stamp of the telegram that it answers.
     pub ipoc: u64,
     /// Correction X Y Z (10⁻⁴ mm) A B C (10⁻⁴ degrees).
     pub correction: [i64; 6],
@@ -22,7 +22,7 @@ pub struct Answer {
     pub bytes: Vec<u8>,
 }
 
-/// The robot.
+/// A simulated robot.
 #[derive(Debug)]
 pub struct Robot {
     socket: UdpSocket,
@@ -34,7 +34,7 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// A robot on a port of its own.
+    /// A robot on its own port.
     ///
     /// # Panics
     /// If there is no free port.
@@ -74,14 +74,14 @@ impl Robot {
     /// The next answer.
     ///
     /// # Panics
-    /// If none comes within [`PATIENCE`], or it is not one.
+    /// If none comes within [`PATIENCE`], or it is malformed.
     pub fn receive(&self) -> Answer {
         let mut buffer = [0; 2048];
         let (length, _) = loop {
             match self.socket.recv_from(&mut buffer) {
-                // A machine that was paused.
+                // The machine was paused.
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                // The board of a test that has ended, whose robot had this port.
+                // A board of a test that has ended, whose robot had the same port.
                 Ok((_, from)) if from != self.board => {}
                 other => break other.expect("the board answers"),
             }
@@ -89,11 +89,11 @@ impl Robot {
         Answer::parse(&buffer[..length])
     }
 
-    /// One cycle on a network that is flooded and may lose datagrams: the telegram is sent again,
-    /// unchanged, until its answer has come.
+    /// Runs one cycle on a flooded network that may lose datagrams: the telegram is sent again, unchanged, until its answer
+    /// comes.
     ///
     /// # Panics
-    /// If it never comes.
+    /// If the answer never comes.
     pub fn cycle_through_flood(&mut self) -> Answer {
         let give_up = Instant::now() + PATIENCE;
         self.patience(Duration::from_millis(100));
@@ -102,7 +102,7 @@ impl Robot {
             let mut buffer = [0; 2048];
             if let Ok((length, _)) = self.socket.recv_from(&mut buffer) {
                 let answer = Answer::parse(&buffer[..length]);
-                // Answers to what was sent twice come twice.
+                // A telegram that was sent twice is answered twice.
                 if answer.ipoc == self.ipoc {
                     break answer;
                 }
@@ -115,8 +115,8 @@ impl Robot {
         answer
     }
 
-    /// Goes on as a real one does, with a new telegram each cycle whether the last was answered or not, until one is
-    /// answered within its cycle: the cycles that this took.
+    /// Continues as a real robot does, with a new telegram each cycle even without an answer, until one is answered within
+    /// its cycle; returns the number of cycles.
     ///
     /// # Panics
     /// If none ever is.
@@ -160,7 +160,7 @@ impl Robot {
             .expect("a timeout can be set");
     }
 
-    /// What has come and was not read. Nothing may come that was not asked for.
+    /// Number of datagrams that were received but not read; there should be none without a telegram.
     ///
     /// # Panics
     /// If the socket cannot be read.
@@ -190,7 +190,7 @@ impl Robot {
         answer
     }
 
-    /// Moves as an answer says and goes on to the next cycle after it.
+    /// Moves as an answer says and continues with the cycle after it.
     pub fn apply(&mut self, answer: &Answer) {
         for (pose, step) in self.pose.iter_mut().zip(answer.correction) {
             *pose += step;
@@ -223,7 +223,7 @@ impl Answer {
         }
     }
 
-    /// Whether the robot stays where it is.
+    /// Whether the correction is zero.
     pub fn is_zero(&self) -> bool {
         self.correction == [0; 6]
     }

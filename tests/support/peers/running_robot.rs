@@ -1,4 +1,4 @@
-//! A robot that goes on by itself while the test does something else.
+//! A robot that runs in a thread while the test does other work.
 
 use super::Robot;
 use std::net::SocketAddr;
@@ -18,7 +18,7 @@ pub struct RunningRobot {
 }
 
 impl RunningRobot {
-    /// Starts sending telegrams. Those that a board misses while it starts over are sent again.
+    /// Starts sending telegrams. Those that a board misses while it restarts are sent again.
     pub fn start(board: SocketAddr) -> Self {
         let stop = Arc::new(AtomicBool::new(false));
         let raised = stop.clone();
@@ -35,7 +35,7 @@ impl RunningRobot {
         Self { stop, thread }
     }
 
-    /// Ends it: how far it went along x, in units of a correction.
+    /// Stops the robot; returns its displacement along x, in units of a correction.
     ///
     /// # Panics
     /// If a telegram was never answered.

@@ -1,4 +1,4 @@
-//! A force sensor behind SLCAN that answers at once, falls silent, or makes noise on the line.
+//! A force sensor behind SLCAN that answers at once, stops answering, or adds noise to the line.
 
 use softdock_link::can::Frame;
 use softdock_link::can::ati::{AtiCalibration, AtiDevice, ForceUnit, TorqueUnit};
@@ -13,15 +13,15 @@ use std::time::Duration;
 
 /// Gauge counts per N and per N·m; the gauges are the axes.
 const COUNTS_PER_UNIT: f64 = 100.0;
-/// How often the thread looks whether it shall end.
+/// Interval of the checks whether the thread should end.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
-/// Open sequence of python-can, with its empty line and its second `O`.
+/// Sequence with which python-can opens the channel, with its empty line and its second `O`.
 const OPEN: &[u8] = b"C\rS8\r\rO\rO\r";
-/// What a bad cable puts on the line: whole lines of it, and one byte too many before a frame.
+/// Noise of a bad cable: complete lines, and one byte too many before a frame.
 const NOISE: &[u8] =
     b"\x00\xfft2\rt99999999\r\x07garbage that is longer than any line of SLCAN may be\r";
 
-/// What the test and the sensor's thread share.
+/// Data shared by the test and the sensor's thread.
 #[derive(Debug, Default)]
 struct State {
     ended: AtomicBool,
@@ -30,7 +30,7 @@ struct State {
     readings: AtomicU64,
 }
 
-/// The sensor's thread; it ends when the test drops it.
+/// The sensor's thread; it ends on drop.
 #[derive(Debug)]
 pub struct Sensor {
     state: Arc<State>,
@@ -60,17 +60,17 @@ impl Sensor {
         }
     }
 
-    /// Answers nothing from now on, or answers again.
+    /// Stops answering, or answers again.
     pub fn be_silent(&self, silent: bool) {
         self.state.silent.store(silent, Ordering::Relaxed);
     }
 
-    /// Puts noise between its answers and spoils some of them, or is quiet again.
+    /// Adds noise between its answers and damages some of them, or stops doing so.
     pub fn be_noisy(&self, noisy: bool) {
         self.state.noisy.store(noisy, Ordering::Relaxed);
     }
 
-    /// Readings so far.
+    /// Number of readings so far.
     pub fn readings(&self) -> u64 {
         self.state.readings.load(Ordering::Relaxed)
     }
@@ -138,7 +138,7 @@ impl Device {
     }
 
     fn answer(&mut self, request: &Frame, state: &State) -> std::io::Result<()> {
-        // One count of gauge 0 flickers, as in every real converter.
+        // Gauge 0 flickers by one count, as in every real converter.
         let reading = state.readings.fetch_add(1, Ordering::Relaxed);
         let gauges = [i16::from(reading.is_multiple_of(2)), 0, 0, 0, 0, 0];
         let noisy = state.noisy.load(Ordering::Relaxed);
@@ -146,7 +146,7 @@ impl Device {
         for frame in self.device.answer(request, gauges, 0) {
             if noisy {
                 out.extend_from_slice(NOISE);
-                // The end of this line is the end of the next frame, which is lost by that.
+                // This line has no end of its own, so the next frame becomes part of it and is lost.
                 out.extend_from_slice(if reading.is_multiple_of(20) {
                     b"#"
                 } else {

@@ -1,25 +1,25 @@
-//! `softdock board` with a service, and `softdock params` on it.
+//! `softdock board` with a service, and `softdock params` connected to it.
 
 use super::{Board, QemuBoard};
 use crate::process::{Finished, softdock};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
-/// Where the service of a board is, from what it said at its start.
+/// A board and the address of its service, from its output at the start.
 #[derive(Debug)]
 pub struct Served<B = Board> {
     /// The board.
     pub board: B,
     /// Folder of its files.
     pub folder: PathBuf,
-    /// What `--port` takes.
+    /// Value for `--port`.
     pub port: String,
 }
 
 /// Starts a board with `settings` (TOML) and a service on a free TCP port.
 ///
 /// # Panics
-/// If it does not come up.
+/// If the board does not start.
 pub fn serve(test: &str, settings: &str, arguments: &[&str]) -> Served {
     let arguments = [&["--service", "127.0.0.1:0"], arguments].concat();
     let board = Board::start(test, settings, &arguments);
@@ -31,10 +31,10 @@ pub fn serve(test: &str, settings: &str, arguments: &[&str]) -> Served {
     }
 }
 
-/// Likewise in QEMU.
+/// As [`serve()`], in QEMU.
 ///
 /// # Panics
-/// If it does not come up.
+/// If the board does not start.
 pub fn serve_emulated(test: &str, settings: &str, arguments: &[&str]) -> Served<QemuBoard> {
     let board = QemuBoard::start(test, settings, arguments);
     Served {
@@ -48,7 +48,7 @@ impl<B> Served<B> {
     /// The TCP address of its service.
     ///
     /// # Panics
-    /// If it is none.
+    /// If the port is not TCP.
     pub fn address(&self) -> SocketAddr {
         self.port
             .trim_start_matches("tcp:")
@@ -61,39 +61,39 @@ impl<B> Served<B> {
         params(&self.folder, &self.port, arguments)
     }
 
-    /// What it prints.
+    /// Runs `softdock params`; returns its output.
     ///
     /// # Panics
-    /// If it fails.
+    /// If the command fails.
     pub fn done(&self, arguments: &[&str]) -> String {
         self.params(arguments).succeeded().stdout
     }
 
-    /// Why it fails.
+    /// Runs `softdock params`, which must fail; returns its error.
     ///
     /// # Panics
-    /// If it does not.
+    /// If the command succeeds.
     pub fn refused(&self, arguments: &[&str]) -> String {
         let run = self.params(arguments);
         assert_eq!(run.code, Some(1), "{arguments:?}: {}", run.stdout);
         run.stderr
     }
 
-    /// Until the board hears its robot.
+    /// Waits until the board receives telegrams of its robot.
     ///
     /// # Panics
-    /// If it never does.
+    /// If that never happens.
     pub fn hears_its_robot(&self) {
-        /// Questions; each takes some milliseconds.
+        /// Largest number of requests; each takes some milliseconds.
         const MOST: usize = 500;
         let hears = |_| self.json(&["status"])["status"]["robot"] == true;
         assert!((0..MOST).any(hears), "no telegram has arrived");
     }
 
-    /// What it prints with `--json`.
+    /// Runs `softdock params` with `--json`; returns its output.
     ///
     /// # Panics
-    /// If it fails, or that is no JSON.
+    /// If the command fails, or the output is not JSON.
     pub fn json(&self, arguments: &[&str]) -> serde_json::Value {
         let run = self.params(&[arguments, &["--json"]].concat());
         run.succeeded().json()

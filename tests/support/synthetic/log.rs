@@ -1,5 +1,5 @@
-//! The synthetic log: 12 s of a spacecraft that flies with 10 mm/s between two stops and touches one every
-//! two seconds. The robot is 32.1 ms late and rests for 11.2 ms where its velocity changes sign.
+//! The synthetic log: 12 s of a spacecraft that moves at 10 mm/s between two stops and touches one every two seconds. The
+//! robot is 32.1 ms late and pauses for 11.2 ms where its velocity changes sign.
 
 use softdock_physics::model::prediction::{ChannelPrediction, Prediction, Six};
 use softdock_physics::model::{Axis, Channel};
@@ -26,7 +26,7 @@ pub(super) const FORCE_SIGMA: f64 = 0.15;
 /// Noise of the pose, m and rad.
 const POSE_SIGMA: f64 = 2e-5;
 
-/// Time in the contact, from 0 to 1, and the number of the contact; None in flight.
+/// Elapsed part of the contact, from 0 to 1, and the number of the contact; None in flight.
 fn contact(t: f64) -> Option<(f64, i32)> {
     let since = t - FIRST_TOUCH_S;
     let number = (since / PERIOD_S).floor();
@@ -44,7 +44,7 @@ fn velocity(t: f64) -> f64 {
     }
 }
 
-/// Velocity of a robot that is late and rests at the turning point.
+/// Velocity of a robot that is late and pauses at the turning point.
 fn executed(t: f64, delay_s: f64, pause_s: f64) -> f64 {
     let turning = contact(t - delay_s).map(|(part, _)| (part - 0.5) * CONTACT_S);
     match turning {
@@ -86,7 +86,7 @@ fn channel(
         measured: (0..CYCLES)
             .map(|n| {
                 std::array::from_fn(|i| {
-                    // The rig computes this one: it has no noise.
+                    // This velocity is computed by the rig, so it has no noise.
                     let noisy = channel != Channel::ModelVelocity;
                     truth(time(n), i)
                         + if noisy {
@@ -97,7 +97,7 @@ fn channel(
                 })
             })
             .collect(),
-        // Nothing is predicted until the past is known.
+        // There is no prediction before enough past cycles are known.
         predicted: (0..CYCLES)
             .map(|n| (n >= 12).then(|| std::array::from_fn(|i| model(time(n), i))))
             .collect(),
@@ -106,7 +106,7 @@ fn channel(
     }
 }
 
-/// Predictions by a model with this delay and pause of a log with this torque about y.
+/// Predictions by a model with this delay and pause, for a log with this torque about y.
 pub(super) fn predict(delay_s: f64, pause_s: f64, torque: impl Fn(f64) -> f64) -> Prediction {
     let along_x = |axis: usize, value: f64| if axis == 0 { value } else { 0.0 };
     let loads = |t: f64, axis: usize, torque: f64| match axis {

@@ -44,7 +44,8 @@ pub fn arm(scb: &mut SCB, mpu: &mut MPU) {
 }
 
 /// Defines handlers that pass the stack pointer and the address of the faulty instruction (0 if the stack pointer has left
-/// the stack) to [`report`]. They set the stack pointer to the upper end of the stack: its content is not needed any more.
+/// the stack) to [`report`]. They set the stack pointer to the upper end of the stack: the
+/// content of the stack is not needed any more.
 macro_rules! handlers {
     ($($name:ident)*) => {$(
         // SAFETY: cortex-m-rt's vector table names this symbol, for a function of this kind.
