@@ -65,6 +65,35 @@ impl Named {
         !amounts.is_empty() && amounts.iter().all(|e| e.low * e.high <= 0.0)
     }
 
+    /// Names of its amounts if it has several that are independent of each other; else nothing.
+    pub(crate) fn independent_amounts(&self, model: &Model) -> Vec<&'static str> {
+        let effect = LoadEffect::find(model, &self.effect.id);
+        let Some(effect) = effect.filter(|effect| effect.effect.separable) else {
+            return Vec::new();
+        };
+        let amounts = effect.coefficients.iter().map(|amount| amount.name);
+        let own: Vec<&str> = amounts
+            .filter(|name| self.estimates.contains_key(*name))
+            .collect();
+        if own.len() > 1 { own } else { Vec::new() }
+    }
+
+    /// Whether any of its amounts is left.
+    pub(crate) fn has_amounts(&self, model: &Model) -> bool {
+        let effect = LoadEffect::find(model, &self.effect.id);
+        effect.is_some_and(|effect| {
+            let mut amounts = effect.coefficients.iter();
+            amounts.any(|amount| self.estimates.contains_key(amount.name))
+        })
+    }
+
+    /// Removes an amount, which is 0 then.
+    pub(crate) fn leave_out(&mut self, name: &str) {
+        self.effect.parameters.remove(name);
+        self.effect.interval_95.remove(name);
+        self.estimates.remove(name);
+    }
+
     pub(crate) fn with_support(self, support: Support) -> Self {
         Self { support, ..self }
     }
@@ -296,6 +325,21 @@ mod tests {
     use super::*;
 
     /// Also for a limit of rotations and for the friction of a joint, whose parameters have names of their own.
+    #[test]
+    fn one_of_two_independent_amounts_may_be_left_out() {
+        let model = Model::from_toml("[rig]\nactive_axes = [\"rx\"]", "model").unwrap();
+        let mut weight = Named::new("bearing_gravity", Vec::new())
+            .with("sine_n_m", (6.0, 0.1), "N·m")
+            .with("cosine_n_m", (0.2, 0.1), "N·m");
+        let both = ["sine_n_m", "cosine_n_m"];
+        assert_eq!(weight.independent_amounts(&model), both);
+        weight.leave_out("cosine_n_m");
+        assert!(weight.independent_amounts(&model).is_empty());
+        assert!(weight.has_amounts(&model));
+        weight.leave_out("sine_n_m");
+        assert!(!weight.has_amounts(&model));
+    }
+
     #[test]
     fn an_interval_ends_where_the_range_of_its_parameter_ends() {
         let mut model = Model::default();

@@ -292,9 +292,15 @@ impl Answer<'_> {
                  the mapping of the import with a lower cutoff keeps it down."
             )
         });
+        let left_out = reduction.left_out.iter().map(|(id, name, [with, without])| {
+            format!(
+                "{name} of {id} is left out: without it the error on unseen data goes from {with:.2} to {without:.2}."
+            )
+        });
         curves
             .chain(same)
             .chain(drowned)
+            .chain(left_out)
             .chain(undetermined)
             .chain(done_without)
             .chain(refused)

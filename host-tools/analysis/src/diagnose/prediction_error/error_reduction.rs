@@ -41,6 +41,8 @@ pub(crate) struct ErrorReduction {
     pub undetermined: Vec<String>,
     /// Ids of masses and inertias that are not named, as they follow from an acceleration that is mostly noise.
     pub drowned: Vec<(String, Drowned)>,
+    /// Ids and names of amounts without which unseen data are predicted better, with the error with and without each.
+    pub left_out: Vec<(String, String, [f64; 2])>,
     /// Ids of named masses and inertias with the share of noise in the squared acceleration, by which their intervals are wider.
     pub noisy: Vec<(String, f64)>,
 }
@@ -82,6 +84,10 @@ impl ErrorReduction {
                 known.refuse(&mut everything)?,
             ),
         };
+        let left_out = match asked {
+            true => Vec::new(),
+            false => known.without_misleading_amounts(&everything)?,
+        };
         let noisy = known.widened_by_noise(&everything)?;
         let named = known.shares(&everything)?;
         let order: Vec<usize> = named.iter().map(|(k, _)| *k).collect();
@@ -100,6 +106,7 @@ impl ErrorReduction {
             refitted,
             undetermined,
             drowned,
+            left_out,
             noisy,
             late,
             done_without,
@@ -360,6 +367,40 @@ impl<'a> Known<'a> {
             self.refit(effects)?;
         }
         Ok(gone)
+    }
+
+    /// Leaves out amounts of effects whose amounts are independent (the cosine of a weight that hangs straight, say) if the unseen
+    /// logs are predicted better without and the logs of the fit about as well. Returns the ids and names, with the error on
+    /// unseen data with and without each.
+    fn without_misleading_amounts(
+        &mut self,
+        effects: &[usize],
+    ) -> anyhow::Result<Vec<(String, String, [f64; 2])>> {
+        let mut left_out = Vec::new();
+        if !self.can_foretell {
+            return Ok(left_out);
+        }
+        for &k in effects {
+            for name in self.found[k].independent_amounts(self.model) {
+                let with = self.levels(effects)?;
+                let kept = (self.found[k].clone(), self.all.clone(), self.refitted);
+                self.found[k].leave_out(name);
+                self.all[k].leave_out(name);
+                self.predictions.clear();
+                self.refit(effects)?;
+                let less = self.levels(effects)?;
+                let is_better =
+                    less.test * RISES < with.test && less.train < FORETELLS * with.train;
+                if is_better && self.found[k].has_amounts(self.model) {
+                    let id = self.found[k].effect.id.clone();
+                    left_out.push((id, name.to_owned(), [with.test, less.test]));
+                } else {
+                    (self.found[k], self.all, self.refitted) = kept;
+                    self.predictions.clear();
+                }
+            }
+        }
+        Ok(left_out)
     }
 
     /// Widens the intervals of what follows from the acceleration by what noise takes of it. Returns ids with the share of noise.
