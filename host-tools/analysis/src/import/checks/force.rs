@@ -303,8 +303,7 @@ fn wrong_sign(fitted: &Fitted, axis: Axis) -> Option<String> {
         format!(
             "{what} {key} drives the motion instead of resisting it: mass and friction would be negative \
              (p < {LEVEL:e}). A sensor between robot and tool feels the opposite, and so does softdock of a drive; \
-             say `{key} = {{ column = .., scale = -1.0 }}` in [wrench] of the mapping, or turn the sign of its \
-             scale round"
+             reverse the sign of its `scale` in [wrench] of the mapping (`{key} = {{ column = .., scale = -1.0 }}` if it has none)"
         )
     })
 }
