@@ -112,7 +112,7 @@ impl Work<'_> {
             let ids = accepted.effects_in_order();
             let ids = ids.iter().filter(counts);
             all.extend(ids.map(of).filter(Disagreement::differs));
-        } else if is_physical_where_it_shows_most(&each) && self.leave_nothing(&each) {
+        } else if self.leave_nothing(&each) {
             let ids = differing.iter().filter(counts);
             all.extend(ids.map(of).filter(Disagreement::differs));
         } else if self.explain_most(accepted, &each) {
@@ -295,6 +295,25 @@ mod tests {
             amounts: amounts.collect(),
         };
         of_logs.differs()
+    }
+
+    /// In the logs that lack the effect, noise may give it any sign.
+    #[test]
+    fn physics_has_to_allow_an_effect_in_the_log_that_shows_it() {
+        let log = |gain: f64, wrong: &[&str]| Tested {
+            gain,
+            wrong: wrong.iter().map(|w| (*w).to_owned()).collect(),
+            ..Tested::default()
+        };
+        let forbidden = ["physics forbids it"];
+        assert!(is_physical_where_it_shows_most(&[
+            log(900.0, &[]),
+            log(3.0, &forbidden)
+        ]));
+        assert!(!is_physical_where_it_shows_most(&[
+            log(3.0, &[]),
+            log(900.0, &forbidden)
+        ]));
     }
 
     #[test]
