@@ -356,6 +356,13 @@ impl LoadEffect {
         laws::acts(scene, self.effect)
     }
 
+    /// Whether a search tries it on the log: it acts there, and is no weight about an axis that stands upright by the model's
+    /// gravity.
+    pub fn is_tried_on(&self, scene: &Scene) -> bool {
+        let lifts_nothing = self.effect.is_weight_about_bearing() && scene.turns_upright();
+        self.acts(scene) && !lifts_nothing
+    }
+
     /// Whether its columns do not depend on its coefficients. Those of a contact do: a wall does not pull, so that where it lifts
     /// off depends on everything that pushes.
     pub fn is_linear(&self) -> bool {

@@ -18,7 +18,6 @@ pub(super) fn acts(scene: &Scene, effect: &Effect) -> bool {
     let live = |meaning| sensor.wrench == meaning && !sensor.at_rest;
     match effect.law {
         _ if effect.is_of_a_contact() => scene.touches_anything(),
-        Law::Bearing(_) if effect.is_weight_about_bearing() && scene.turns_upright() => false,
         Law::Guide(_) | Law::Bearing(_) | Law::Spring(_) => {
             !sensor.at_rest && (0..scene.len()).any(|n| scene.along(n, 0.0) != 0.0)
         }

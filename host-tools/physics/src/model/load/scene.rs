@@ -515,7 +515,8 @@ mod tests {
             let time_s = (0..3).map(|n| 0.3 * f64::from(n)).collect();
             let scene = Scene::new(&model, 0.3, time_s, pose.collect(), vec![motion; 3]);
             let weight = LoadEffect::find(&model, "bearing_gravity").unwrap();
-            weight.acts(&scene)
+            assert!(weight.acts(&scene), "what is in a model acts");
+            weight.is_tried_on(&scene)
         };
         assert!(is_tried([0.0, 0.0, -9.81]) && is_tried([0.0; 3]));
         assert!(!is_tried([-9.81, 0.0, 0.0]));

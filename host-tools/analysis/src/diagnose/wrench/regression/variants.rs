@@ -61,7 +61,7 @@ impl Library {
         let mut store = Store::default();
         let mut variants = Vec::new();
         for ((effect, shapes), columns) in wanted.into_iter().zip(built) {
-            let acts = || joint.logs.iter().any(|log| effect.acts(&log.scene));
+            let acts = || joint.logs.iter().any(|log| effect.is_tried_on(&log.scene));
             let columns = match columns {
                 Some(columns) => columns,
                 // A late effect has no column yet, as no load is known that it could move: see [`Self::around`].

@@ -110,7 +110,7 @@ fn simple_laws(
     accepted: &Tested,
 ) -> impl Iterator<Item = (&'static LoadEffect, usize)> {
     let is_simple = |effect: &&LoadEffect| {
-        let acts = joint.logs.iter().any(|log| effect.acts(&log.scene));
+        let acts = joint.logs.iter().any(|log| effect.is_tried_on(&log.scene));
         // Less of what the model has already is no wrong sign.
         acts && !has(model, effect.id)
             && !effect.acts_on_reading()
