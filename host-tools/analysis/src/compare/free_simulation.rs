@@ -364,7 +364,7 @@ impl Acting {
                     let about_start = form("about_start");
                     acting.parts.push(Part::Spring(law, about_start, values));
                 }
-                Law::Zero(law) if law(&values, 0.0) == law(&values, 1.0) => {
+                Law::SensorZero(law) if law(&values, 0.0) == law(&values, 1.0) => {
                     acting.parts.push(Part::Offset(law(&values, 0.0)));
                 }
                 Law::Actuator(Actuator {

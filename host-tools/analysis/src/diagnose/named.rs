@@ -40,12 +40,12 @@ impl Named {
     }
 
     /// Whether its intervals exclude that it is absent.
-    pub(crate) fn is_told(&self, model: &Model) -> bool {
+    pub(crate) fn is_significant(&self, model: &Model) -> bool {
         let is_sure = |name: &str| {
             let estimate = self.estimates.get(name);
             estimate.is_some_and(|e| e.low * e.high > 0.0)
         };
-        LoadEffect::find(model, &self.effect.id).is_none_or(|effect| effect.is_told(is_sure))
+        LoadEffect::find(model, &self.effect.id).is_none_or(|effect| effect.is_significant(is_sure))
     }
 
     /// Whether the intervals of all its parameters include 0.

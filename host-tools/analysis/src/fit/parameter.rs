@@ -221,7 +221,7 @@ impl Parameter {
         };
         let effect = model.effects.get(k);
         let effect = effect.and_then(|effect| LoadEffect::find(model, &effect.id));
-        if model.sensor.wrench.is_told() && effect.is_some_and(LoadEffect::is_a_delay) {
+        if model.sensor.wrench.is_commanded() && effect.is_some_and(LoadEffect::is_a_delay) {
             self.high = self.high.min(latest_s.max(self.value));
         }
     }

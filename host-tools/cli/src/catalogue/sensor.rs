@@ -45,9 +45,11 @@ pub(super) fn picture(effect: &Effect, size: &Size) -> Result<Picture> {
     };
     Ok(match effect.law {
         Law::Tool(law) => tool(size, |state| law(&p, state)),
-        Law::Load(law) | Law::Drive(law) => in_a_bounce(Box::new(|load| law(&p, &load))),
-        Law::Range(law) => in_a_bounce(Box::new(|load| law(&p, &load))),
-        Law::Late(law) => {
+        Law::SensorGain(law) | Law::CommandGain(law) => {
+            in_a_bounce(Box::new(|load| law(&p, &load)))
+        }
+        Law::Saturation(law) => in_a_bounce(Box::new(|load| law(&p, &load))),
+        Law::ReadingDelay(law) => {
             let mut late = Late::new(law(&p), STEP_S, [0.0; 6]);
             in_a_bounce(Box::new(move |load| Wrench::of(&late.advance(load.get()))))
         }
@@ -61,7 +63,7 @@ pub(super) fn picture(effect: &Effect, size: &Size) -> Result<Picture> {
                 sent
             }))
         }
-        Law::Zero(law) => {
+        Law::SensorZero(law) => {
             let seconds = (0..=600).map(|k| f64::from(k) * 0.1);
             let at = |t: f64| (t, [Wrench::zero(), law(&p, t)]);
             shown(

@@ -84,7 +84,7 @@ impl Effect {
         parameters: &[],
         confused_with: &[],
         tell_apart: "",
-        law: Law::Apart(|_| 0.0),
+        law: Law::ClockOffset(|_| 0.0),
         separable: false,
         detail_of: &[],
         is_whole: |_, _| true,
@@ -156,7 +156,7 @@ impl Effect {
 
     /// Whether it exists only for a drive whose commands are recorded instead of a sensor's readings.
     pub fn is_of_a_drive(&self) -> bool {
-        matches!(self.law, Law::Drive(_))
+        matches!(self.law, Law::CommandGain(_))
     }
 
     /// Place of a parameter.

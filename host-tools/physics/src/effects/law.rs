@@ -37,18 +37,18 @@ pub enum Law {
     /// Wrench at S of the tool, in addition to the nominal one.
     Tool(fn(Values<'_>, &ToolState) -> Wrench<f64>),
     /// The wrench that the sensor measures of its load.
-    Load(fn(Values<'_>, &Wrench<f64>) -> Wrench<f64>),
+    SensorGain(fn(Values<'_>, &Wrench<f64>) -> Wrench<f64>),
     /// The command for a force that has to act, where the scale of the commands is a guess.
-    Drive(fn(Values<'_>, &Wrench<f64>) -> Wrench<f64>),
+    CommandGain(fn(Values<'_>, &Wrench<f64>) -> Wrench<f64>),
     /// Zero of the sensor at a time (s) after the log began.
-    Zero(fn(Values<'_>, f64) -> Wrench<f64>),
+    SensorZero(fn(Values<'_>, f64) -> Wrench<f64>),
     /// Delay and lag of the reading.
-    Late(fn(Values<'_>) -> Lateness),
+    ReadingDelay(fn(Values<'_>) -> Lateness),
     /// Time by which the log reads the motion late, s, or early if negative; on a rig, which sends velocities as well, only its
     /// poses.
-    Apart(fn(Values<'_>) -> f64),
+    ClockOffset(fn(Values<'_>) -> f64),
     /// A wrench clipped to the sensor's range.
-    Range(fn(Values<'_>, &Wrench<f64>) -> Wrench<f64>),
+    Saturation(fn(Values<'_>, &Wrench<f64>) -> Wrench<f64>),
     /// The samples that the sensor sends.
     Sample(Sampling),
     /// From the commanded velocity to the executed one.

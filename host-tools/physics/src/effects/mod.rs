@@ -128,7 +128,7 @@ mod tests {
                 assert!(p.low < p.high, "{} {}", effect.id, p.name);
             }
             // An entry without a law of its own has one that does nothing.
-            let does_nothing = matches!(effect.law, Law::Apart(law) if law(&[1.0]) == 0.0);
+            let does_nothing = matches!(effect.law, Law::ClockOffset(law) if law(&[1.0]) == 0.0);
             assert!(!does_nothing, "{} has no law", effect.id);
         }
     }

@@ -293,7 +293,7 @@ pub(crate) fn experiment(
 ) -> Option<Experiment> {
     let one = by_id(&rival.of).or_else(|| by_id(first?))?;
     let pair = std::iter::once(one).chain(rival.effect.split(TOGETHER).filter_map(by_id));
-    let hangs = |effect: &Effect| matches!(effect.law, Law::Tool(_) | Law::Zero(_));
+    let hangs = |effect: &Effect| matches!(effect.law, Law::Tool(_) | Law::SensorZero(_));
     let effect = pair.into_iter().find(|effect| is_felt || !hangs(effect))?;
     Some(Experiment {
         sentence: effect.tell_apart.to_owned(),

@@ -81,7 +81,7 @@ impl Answer<'_> {
         let mut notes: Vec<String> = untested(stages).map(str::to_owned).collect();
         let is_loaded = !model.sensor.at_rest && model.sensor.wrench != WrenchMeaning::Free;
         if stages.wrench.is_some() && is_loaded && stages.logs.have_constant_loads() {
-            let what = match model.sensor.wrench.is_told() {
+            let what = match model.sensor.wrench.is_commanded() {
                 true => "When the load was told",
                 false => "Whether the reading is late",
             };

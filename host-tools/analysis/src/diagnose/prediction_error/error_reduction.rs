@@ -391,7 +391,8 @@ impl<'a> Known<'a> {
         let mut gone = Vec::new();
         let mut kept: Vec<usize> = Vec::new();
         loop {
-            let is_vague = |k: &&usize| !kept.contains(k) && !self.all[**k].is_told(self.model);
+            let is_vague =
+                |k: &&usize| !kept.contains(k) && !self.all[**k].is_significant(self.model);
             let Some(vague) = effects.iter().find(is_vague).copied() else {
                 return Ok(gone);
             };

@@ -245,7 +245,7 @@ impl WrenchFinding {
         let model = self.prepared.logs.first().map(|log| &log.scene.model);
         let accepted = self.found.accepted.iter().flat_map(|t| &t.effects);
         let all = self.earlier.0.iter().chain(accepted);
-        let told = all.filter(|effect| model.is_some_and(|model| effect.is_told(model)));
+        let told = all.filter(|effect| model.is_some_and(|model| effect.is_significant(model)));
         told.map(|effect| effect.id.to_owned()).collect()
     }
 

@@ -26,7 +26,7 @@ pub const EFFECT: Effect = Effect {
     ],
     tell_apart: "steps of the load at rest, such as taps on the sensor: a latency shifts a step, a filter smears it; a negative \
                  damping of the contact is a latency",
-    law: Law::Late(|p| Lateness {
+    law: Law::ReadingDelay(|p| Lateness {
         delay_s: p[0],
         lag_s: 0.0,
     }),

@@ -205,19 +205,19 @@ impl LoadEffect {
 
     /// Whether it changes only the reading of the sensor: neither the rig's motion nor its clocks.
     pub fn is_of_the_reading_alone(&self) -> bool {
-        !matches!(self.effect.law, Law::Actuator(_) | Law::Apart(_))
+        !matches!(self.effect.law, Law::Actuator(_) | Law::ClockOffset(_))
     }
 
     /// Whether it acts on the whole reading, whatever loads the sensor.
     pub fn acts_on_reading(&self) -> bool {
         matches!(
             self.effect.law,
-            Law::Load(_)
-                | Law::Drive(_)
-                | Law::Zero(_)
-                | Law::Late(_)
-                | Law::Apart(_)
-                | Law::Range(_)
+            Law::SensorGain(_)
+                | Law::CommandGain(_)
+                | Law::SensorZero(_)
+                | Law::ReadingDelay(_)
+                | Law::ClockOffset(_)
+                | Law::Saturation(_)
                 | Law::Actuator(_)
         )
     }
@@ -231,7 +231,9 @@ impl LoadEffect {
     pub fn is_late(&self) -> bool {
         matches!(
             self.effect.law,
-            Law::Late(_) | Law::Apart(_) | Law::Actuator(Actuator { late: Some(_), .. })
+            Law::ReadingDelay(_)
+                | Law::ClockOffset(_)
+                | Law::Actuator(Actuator { late: Some(_), .. })
         )
     }
 
@@ -318,7 +320,7 @@ impl LoadEffect {
             ..Slide::at_velocity(0.2)
         };
         match &self.effect.law {
-            Law::Zero(_) => self.shapes.is_empty(),
+            Law::SensorZero(_) => self.shapes.is_empty(),
             Law::Guide(law) | Law::Bearing(law) => {
                 let ones = vec![1.0; self.coefficients.len()];
                 let values = self.values(&[], &ones);
@@ -348,7 +350,7 @@ impl LoadEffect {
 
     /// Whether it is the zero of a sensor.
     pub fn is_of_a_zero(&self) -> bool {
-        matches!(self.effect.law, Law::Zero(_))
+        matches!(self.effect.law, Law::SensorZero(_))
     }
 
     /// Whether the log contains what it acts on.
@@ -383,7 +385,7 @@ impl LoadEffect {
     /// Whether the intervals show that it is present: the interval of one of its amounts excludes 0, or, for a late effect
     /// without amounts, that of its time. An effect with amounts and a shape on which they depend passes here and is judged
     /// elsewhere: of a slow drift only the slope is known.
-    pub fn is_told(&self, is_sure: impl Fn(&str) -> bool) -> bool {
+    pub fn is_significant(&self, is_sure: impl Fn(&str) -> bool) -> bool {
         let mut shapes = self.shapes.iter().filter(|shape| !shape.choice);
         match self.is_late() && self.coefficients.is_empty() {
             true => shapes.any(|shape| is_sure(shape.name)),

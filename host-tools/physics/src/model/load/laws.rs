@@ -24,16 +24,20 @@ pub(super) fn acts(scene: &Scene, effect: &Effect) -> bool {
         }
         Law::Friction(_) => scene.touches_anything(),
         Law::Docking(_) => scene.docked.iter().any(|wrench| *wrench != Wrench::zero()),
-        Law::Zero(_) => effect.parameters.iter().all(|p| p.tried().is_none()) || !sensor.at_rest,
-        Law::Load(_) => sensor.wrench == WrenchMeaning::Measured,
-        Law::Range(_) => live(WrenchMeaning::Measured),
-        Law::Late(_) => live(WrenchMeaning::Measured) && scene.wrench_changes,
-        Law::Apart(_) => live(WrenchMeaning::Measured) && !scene.of_a_rig && scene.wrench_changes,
+        Law::SensorZero(_) => {
+            effect.parameters.iter().all(|p| p.tried().is_none()) || !sensor.at_rest
+        }
+        Law::SensorGain(_) => sensor.wrench == WrenchMeaning::Measured,
+        Law::Saturation(_) => live(WrenchMeaning::Measured),
+        Law::ReadingDelay(_) => live(WrenchMeaning::Measured) && scene.wrench_changes,
+        Law::ClockOffset(_) => {
+            live(WrenchMeaning::Measured) && !scene.of_a_rig && scene.wrench_changes
+        }
         Law::Actuator(Actuator { late, .. }) => {
             let is_seen = late.is_none() || scene.wrench_changes;
-            sensor.wrench.is_told() && !sensor.at_rest && is_seen
+            sensor.wrench.is_commanded() && !sensor.at_rest && is_seen
         }
-        Law::Drive(_) => live(WrenchMeaning::Unscaled),
+        Law::CommandGain(_) => live(WrenchMeaning::Unscaled),
         Law::Formula(_) => !sensor.at_rest,
         // On a bearing without a known mass, the weight is only a torque, which could as well be that of 1 kg at some lever.
         Law::Tool(_) if effect.is_centre_of_mass_alone() && scene.model.bearing().is_some() => {
@@ -66,7 +70,7 @@ pub(super) fn part(
             scene.docked_change(&settings)
         }
         Law::Tool(law) => tool(scene, |tool| law(p, tool)),
-        Law::Load(law) => {
+        Law::SensorGain(law) => {
             let kept = if form("with_zero") > 0.5 { 0.0 } else { 1.0 };
             let zero = Wrench::of(&scene.bias.map(|b| kept * b));
             changed(scene, reading, |reading| {
@@ -74,13 +78,15 @@ pub(super) fn part(
                 law(p, &load) + zero
             })
         }
-        Law::Drive(law) | Law::Range(law) => changed(scene, reading, |wrench| law(p, wrench)),
-        Law::Zero(law) => Column::of(scene.len(), |n| law(p, scene.since_began(n)).get()),
-        Law::Late(law) => late(scene, reading, law(p)),
+        Law::CommandGain(law) | Law::Saturation(law) => {
+            changed(scene, reading, |wrench| law(p, wrench))
+        }
+        Law::SensorZero(law) => Column::of(scene.len(), |n| law(p, scene.since_began(n)).get()),
+        Law::ReadingDelay(law) => late(scene, reading, law(p)),
         Law::Actuator(Actuator {
             late: Some(law), ..
         }) => early(scene, reading, law(p)),
-        Law::Apart(law) => {
+        Law::ClockOffset(law) => {
             let delay_s = law(p);
             early(
                 scene,

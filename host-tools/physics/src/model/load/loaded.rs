@@ -212,7 +212,7 @@ pub fn beyond_the_end(scene: &Scene) -> usize {
         Law::Actuator(Actuator {
             late: Some(law), ..
         }) => Some(law(&p).delay_s),
-        Law::Apart(law) => Some(law(&p)),
+        Law::ClockOffset(law) => Some(law(&p)),
         _ => None,
     });
     (ahead.sum::<f64>().max(0.0) / scene.cycle_s).ceil() as usize

@@ -93,9 +93,9 @@ impl Fitted {
     }
 
     /// Whether its intervals exclude that it is absent.
-    pub(crate) fn is_told(&self, model: &Model) -> bool {
+    pub(crate) fn is_significant(&self, model: &Model) -> bool {
         LoadEffect::find(model, self.id)
-            .is_none_or(|effect| effect.is_told(|name| self.is_sure(name)))
+            .is_none_or(|effect| effect.is_significant(|name| self.is_sure(name)))
     }
 
     /// Without this effect the error on unseen data is `worse` times as large. If it has a single free parameter, that bounds its

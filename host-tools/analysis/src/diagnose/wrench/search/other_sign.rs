@@ -77,7 +77,7 @@ pub(crate) fn after_motion(joint: &Joint, accepted: &Tested) -> Option<AfterMoti
     let delay = LoadEffect::all(model).find(|effect| effect.is_a_delay())?;
     let shape = delay.shapes.first()?;
     let acts = joint.logs.iter().any(|log| delay.acts(&log.scene));
-    if !acts || !model.sensor.wrench.is_told() || accepted.effects.is_empty() {
+    if !acts || !model.sensor.wrench.is_commanded() || accepted.effects.is_empty() {
         return None;
     }
     let left = |late_s: f64| {
