@@ -20,7 +20,7 @@ pub(crate) struct Question<'a> {
     /// These are not tried.
     pub without: &'a [String],
     /// Curves that fit many mechanisms are tried, too.
-    pub shapes: bool,
+    pub general_curves: bool,
     /// All are tried beside this remainder.
     pub beside: Option<&'a Arc<Smooth>>,
     /// Instead of a search: other effects are tried in the place of each effect of this answer.
@@ -33,8 +33,8 @@ pub(crate) struct Question<'a> {
 
 impl Question<'_> {
     /// Whether curves that fit many mechanisms are tried.
-    pub(super) fn tries_shapes(&self) -> bool {
-        self.shapes || self.is_asked()
+    pub(super) fn tries_general_curves(&self) -> bool {
+        self.general_curves || self.is_asked()
     }
 
     /// Whether a user asked for the effects that are tried.

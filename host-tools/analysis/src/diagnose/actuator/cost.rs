@@ -336,7 +336,7 @@ impl<'a> Cost<'a> {
 
     /// Holds nuisance parameters at their nominal values if terms would need them to be too far off: that is a finding of its
     /// own. Returns whether there are any.
-    pub(crate) fn freeze_strained(&mut self, terms: &[Term]) -> bool {
+    pub(crate) fn hold_strained(&mut self, terms: &[Term]) -> bool {
         let axes = std::array::from_fn(|axis| self.of_axis(&self.chain(terms, axis), axis));
         let taken = self.taken(&axes).1;
         let strained = strained(taken.as_slice(), 2.0);

@@ -38,7 +38,7 @@ pub(crate) struct Ask<'a> {
 /// Searches for stages. If the answer needs nuisance parameters too far off, these are held and the search is repeated.
 pub(crate) fn search(cost: &mut Cost<'_>, ask: &Ask<'_>) -> Search {
     let mut found = searched(cost, ask);
-    if cost.freeze_strained(found.terms()) {
+    if cost.hold_strained(found.terms()) {
         found = searched(cost, ask);
     }
     found

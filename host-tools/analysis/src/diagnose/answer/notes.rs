@@ -236,7 +236,7 @@ impl Answer<'_> {
     fn of_refused(&self) -> Vec<String> {
         let reduction = self.reduction;
         let curves = self.rest.curves.iter().map(|id| {
-            let ids = ranking::with_shape(self.stages, id);
+            let ids = ranking::with_general_curve(self.stages, id);
             let others = if ids.len() > 1 { " with what it needs beside it" } else { "" };
             format!(
                 "{id} is a curve that fits many mechanisms, and is not named; `softdock add MODEL {} --fit LOG` adds it{others}.",

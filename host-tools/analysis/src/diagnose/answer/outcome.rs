@@ -17,6 +17,7 @@ use crate::diagnose::prediction_error::left_over::left_over;
 use crate::diagnose::prediction_error::log_to_log::from_log_to_log;
 use crate::diagnose::question::Question;
 use crate::diagnose::stages::Stages;
+use crate::diagnose::wrench::NominalEstimate;
 use crate::diagnose::wrench::left::Left;
 use crate::levels::{BeforeAfter, ChannelLevels, Step};
 use softdock_io::recording::Recording;
@@ -240,15 +241,15 @@ fn probabilities(
 
 /// Estimates of the nominal parameters beside the named effects, by name.
 fn nominal(stages: &Stages) -> BTreeMap<String, Nominal> {
-    let of = |(name, value, sigma, tolerances): &(String, f64, f64, f64)| {
-        let reach = DEVIATIONS_95 * sigma;
+    let of = |estimate: &NominalEstimate| {
+        let reach = DEVIATIONS_95 * estimate.sigma;
         let nominal = Nominal {
-            value: *value,
-            low: value - reach,
-            high: value + reach,
-            tolerances: *tolerances,
+            value: estimate.value,
+            low: estimate.value - reach,
+            high: estimate.value + reach,
+            tolerances: estimate.tolerances,
         };
-        (name.clone(), nominal)
+        (estimate.name.clone(), nominal)
     };
     stages.nominal.iter().map(of).collect()
 }

@@ -2,7 +2,7 @@
 
 use super::closest_rival::is_more_than;
 use crate::diagnose::actuator::Candidate;
-use crate::diagnose::catalogue::is_shape;
+use crate::diagnose::catalogue::is_general_curve;
 use crate::diagnose::clock::Jitter;
 use crate::diagnose::evidence::{self, NEARLY_AS_GOOD, TOLD_APART};
 use crate::diagnose::finding::{Ranked, StrongestEvidence};
@@ -271,21 +271,21 @@ pub(crate) fn reported(all: &[Ranked], answer: &[String]) -> Vec<Ranked> {
 }
 
 /// Ids of general curves (phenomenological shapes) among the hypotheses on the reading.
-pub(crate) fn shapes(stages: &Stages) -> Vec<String> {
+pub(crate) fn general_curves(stages: &Stages) -> Vec<String> {
     let Some(found) = &stages.wrench else {
         return Vec::new();
     };
     let ids = found.found.ranked.iter().flat_map(|t| t.ids());
-    let ids: BTreeSet<String> = ids.filter(|id| is_shape(id)).collect();
+    let ids: BTreeSet<String> = ids.filter(|id| is_general_curve(id)).collect();
     ids.into_iter().collect()
 }
 
 /// Effects of the likeliest hypothesis with a given curve, and those of earlier rounds, which are added with it.
-pub(crate) fn with_shape(stages: &Stages, shape: &str) -> Vec<String> {
+pub(crate) fn with_general_curve(stages: &Stages, curve: &str) -> Vec<String> {
     let Some(found) = &stages.wrench else {
         return Vec::new();
     };
-    let likeliest = found.likeliest_with(|id| id == shape);
+    let likeliest = found.likeliest_with(|id| id == curve);
     let earlier = found.earlier.0.iter().map(|one| one.id.to_owned());
     earlier
         .chain(likeliest.iter().flat_map(|one| one.ids()))

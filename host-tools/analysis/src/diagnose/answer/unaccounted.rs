@@ -27,7 +27,7 @@ impl Unaccounted {
     pub(crate) fn new(stages: &Stages, left: &[Left], judged: &Judged) -> Self {
         // A general curve is of interest only if structure is left beside it.
         let curves = match !judged.asked && left.iter().any(Left::is_structured) {
-            true => ranking::shapes(stages),
+            true => ranking::general_curves(stages),
             false => Vec::new(),
         };
         let (mut remainder, of_wrench) = remainder(stages, left);

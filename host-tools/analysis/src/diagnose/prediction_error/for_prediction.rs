@@ -6,7 +6,7 @@
 
 use super::foresight::Foresight;
 use crate::diagnose::answer::ranking::foretells_alike;
-use crate::diagnose::catalogue::is_shape;
+use crate::diagnose::catalogue::is_general_curve;
 use crate::diagnose::evidence::RISES;
 use crate::diagnose::logs::Logs;
 use crate::diagnose::named::{Named, of_reading, with_effects};
@@ -97,7 +97,7 @@ fn no_larger_ties(wrench: &WrenchFinding) -> Vec<Tested> {
     let alike = ranked.iter().filter(|t| t.beside == answer.beside);
     let alike = alike.map(|t| t.clone().beside_noise(answer.to_explain));
     let alike = alike.filter(|t| t.wrong.is_empty() && t.parameters <= answer.parameters);
-    let alike = alike.filter(|t| !t.effects.iter().any(|one| is_shape(one.id)));
+    let alike = alike.filter(|t| !t.effects.iter().any(|one| is_general_curve(one.id)));
     alike
         .filter(|t| foretells_alike(answer, t, &error).is_some())
         .collect()

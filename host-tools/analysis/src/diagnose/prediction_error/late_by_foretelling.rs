@@ -2,7 +2,7 @@
 
 use super::for_prediction::{Better, Errors, by_least_squares};
 use super::reversal::{best_reversal, each_friction, is_dry};
-use crate::diagnose::catalogue::is_shape;
+use crate::diagnose::catalogue::is_general_curve;
 use crate::diagnose::evidence::{FORETELLS, RISES};
 use crate::diagnose::logs::Logs;
 use crate::diagnose::named::{Named, of_reading};
@@ -111,7 +111,7 @@ impl Tried<'_> {
 
 /// The likeliest hypothesis with a general curve; `None` if none was tried.
 fn with_a_curve(wrench: &WrenchFinding) -> Option<Vec<Named>> {
-    let likeliest = wrench.likeliest_with(is_shape)?;
+    let likeliest = wrench.likeliest_with(is_general_curve)?;
     let all = wrench.earlier.0.iter().chain(&likeliest.effects);
     Some(all.map(of_reading).collect())
 }

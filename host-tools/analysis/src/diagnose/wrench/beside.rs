@@ -132,12 +132,12 @@ pub(crate) fn beside_curves(first: WrenchFinding, asking: &mut Asking<'_>) -> Wr
         false => Vec::new(),
     };
     let asks = !late.is_empty() || finding.left().is_structured();
-    if !asks || asking.question.tries_shapes() {
+    if !asks || asking.question.tries_general_curves() {
         return finding;
     }
     let beside = finding.beside.clone();
     let curves = asking.ask(&Question {
-        shapes: true,
+        general_curves: true,
         without: &late,
         beside: beside.as_ref(),
         ..*asking.question
@@ -173,12 +173,12 @@ pub(crate) fn agree_on_a_curve(finding: &WrenchFinding, asking: &mut Asking<'_>)
     let delays: Vec<String> = finding.late();
     let about: Vec<String> = finding.disagreeing_ids();
     let is_late = |id: &String| LoadEffect::find(asking.model, id).is_some_and(LoadEffect::is_late);
-    if asking.question.tries_shapes() || !about.iter().all(is_late) {
+    if asking.question.tries_general_curves() || !about.iter().all(is_late) {
         return false;
     }
     let without: Vec<String> = delays.into_iter().chain(about).collect();
     let curves = asking.ask(&Question {
-        shapes: true,
+        general_curves: true,
         without: &without,
         ..*asking.question
     });
@@ -228,7 +228,7 @@ pub(crate) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) ->
     unrefuted.iter().for_each(|other| finding.hold(other));
     finding.foretell(&foretelling);
     if finding.found.accepted.is_none() && finding.prepared.known > 0.0 {
-        finding.stand_alone();
+        finding.record_remainder_of_model();
     }
     if !imitated.is_empty() {
         finding.beside_remainder.get_or_insert_default().imitated = imitated;
@@ -354,7 +354,7 @@ fn weakest(
     if fails.is_none() {
         let (earlier, _) = &finding.earlier;
         let remainder = remainder(&finding.prepared, earlier, accepted, &axes);
-        finding.stand(&each, remainder, foretelling);
+        finding.record_standings(&each, remainder, foretelling);
     }
     fails
 }

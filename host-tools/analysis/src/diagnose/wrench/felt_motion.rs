@@ -5,7 +5,7 @@ use super::sampling::Sampling;
 use super::search;
 use super::{Ask, Found, Joint, Memo, PreparedLog, exchanged, scene};
 use crate::diagnose::actuator::{self, ActuatorFinding, Cost, Term};
-use crate::diagnose::catalogue::is_shape;
+use crate::diagnose::catalogue::is_general_curve;
 use crate::diagnose::evidence::NAMED;
 use crate::diagnose::logs::Logs;
 use crate::diagnose::noise::structure::LEVEL;
@@ -92,7 +92,7 @@ pub(crate) fn wrench_stage(
     }
     let mut prepared = Joint::new(motion.felt(model, sampling), logs.fitted, &motion.memo);
     if let Some(smooth) = question.beside {
-        prepared.stand_beside(smooth);
+        prepared.add_remainder(smooth);
     }
     let placed = question.is_asked() || !logs.have_own_origins();
     let turns = model.bearing().is_some();
@@ -100,7 +100,7 @@ pub(crate) fn wrench_stage(
     let acts_anywhere = |id: &str| placed || !by_position(id);
     let excluded = |id: &str| {
         let is_tried = question.tries(model, id) && acts_anywhere(id);
-        !is_tried || (is_shape(id) && !question.tries_shapes())
+        !is_tried || (is_general_curve(id) && !question.tries_general_curves())
     };
     let is_whole = question.among.is_none() && question.only.is_none();
     let tell_amounts = prepared.logs.iter().all(|log| log.scene.tells_amounts());
@@ -118,7 +118,7 @@ pub(crate) fn wrench_stage(
         None => search(&mut prepared, &ask),
     };
     if let Some(smooth) = question.beside {
-        prepared.stand_alone(smooth);
+        prepared.remove_remainder(smooth);
         found.accepted = found.accepted.map(|accepted| prepared.valued(accepted));
     }
     Some(WrenchFinding {

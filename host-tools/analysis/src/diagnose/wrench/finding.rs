@@ -2,8 +2,10 @@
 
 use super::left::{self, Left};
 use super::remainder;
-use super::{Fitted, Found, Joint, PreparedLog, Remainder, Smooth, Standing, Tested, smooth};
-use crate::diagnose::catalogue::{is_shape, simplest};
+use super::{
+    Fitted, Found, Joint, NominalEstimate, PreparedLog, Remainder, Smooth, Standing, Tested, smooth,
+};
+use crate::diagnose::catalogue::{is_general_curve, simplest};
 use crate::diagnose::evidence::{FORETELLS, Support, UNLIKELY};
 use softdock_physics::effects::{Kind, by_id};
 use softdock_physics::model::load::effects::LoadEffect;
@@ -107,7 +109,7 @@ impl WrenchFinding {
         };
         let curve = other.found.accepted.clone()?;
         let is_better = other.score() > self.score() + form;
-        let is_curve = curve.effects.iter().any(|e| is_shape(e.id));
+        let is_curve = curve.effects.iter().any(|e| is_general_curve(e.id));
         (is_better && is_curve).then(|| curve.beside_noise(self.chi2_as_tried()))
     }
 
@@ -119,10 +121,9 @@ impl WrenchFinding {
         as_tried.map_or(self.prepared.problem.chi2, |t| t.to_explain)
     }
 
-    /// Nominal parameters beside the accepted effects: name, value, standard deviation, and by how many tolerances it is off.
-    /// Where structure is left, they are estimated beside a smooth remainder: the price of white noise would claim more certainty
+    /// Nominal parameters beside the accepted effects. Where structure is left, they are estimated beside a smooth remainder: the price of white noise would claim more certainty
     /// than the logs give, as it does for effects.
-    pub(crate) fn nominal(&mut self) -> Vec<(String, f64, f64, f64)> {
+    pub(crate) fn nominal(&mut self) -> Vec<NominalEstimate> {
         let axes = self.structured_axes();
         let accepted = self.found.accepted.as_ref();
         if axes.is_empty() {
@@ -130,9 +131,9 @@ impl WrenchFinding {
         }
         let nothing = Tested::default();
         let smooth = smooth(&self.prepared, accepted.unwrap_or(&nothing), &axes);
-        self.prepared.stand_beside(&smooth);
+        self.prepared.add_remainder(&smooth);
         let nominal = self.prepared.nominal(&self.earlier.0, accepted);
-        self.prepared.stand_alone(&smooth);
+        self.prepared.remove_remainder(&smooth);
         nominal
     }
 
@@ -295,18 +296,18 @@ impl WrenchFinding {
     }
 
     /// Records the remainder that stands beside the effects of the model alone, where structure is left.
-    pub(crate) fn stand_alone(&mut self) {
+    pub(crate) fn record_remainder_of_model(&mut self) {
         let axes = self.structured_axes();
         if !axes.is_empty() {
             let nothing = Tested::default();
             let remainder = remainder(&self.prepared, &[], &nothing, &axes);
-            self.stand(&[], remainder, &BTreeMap::new());
+            self.record_standings(&[], remainder, &BTreeMap::new());
         }
     }
 
     /// Sets evidence and intervals to those that each effect, earlier ones first, has beside the remainder. Evidence against
     /// rivals at the price of white noise is dropped, as it says nothing there. An effect in `foretelling` keeps its own.
-    pub(crate) fn stand(
+    pub(crate) fn record_standings(
         &mut self,
         each: &[Standing],
         remainder: Remainder,
@@ -328,7 +329,7 @@ impl WrenchFinding {
                 Some(_) => support.at_most(standing.evidence),
                 None => Support::alone(standing.evidence),
             };
-            effect.stand(standing.amount);
+            effect.record_amount_ratio(standing.amount);
         }
     }
 }

@@ -11,7 +11,7 @@ pub(crate) mod sampling;
 pub(crate) mod search;
 
 pub(crate) use regression::fitted::Fitted;
-pub(crate) use regression::joint::{Joint, Smooth};
+pub(crate) use regression::joint::{Joint, NominalEstimate, Smooth};
 pub(crate) use regression::memo::Memo;
 pub(crate) use regression::motions::scene;
 pub(crate) use regression::prepared_log::{PreparedLog, sheet_sigma};

@@ -4,7 +4,7 @@
 use super::beside::{self, Asking};
 use super::finding::WrenchFinding;
 use super::regression::tested::Tested;
-use crate::diagnose::catalogue::is_shape;
+use crate::diagnose::catalogue::is_general_curve;
 use crate::diagnose::evidence::FORETELLS;
 use crate::diagnose::named::model_of;
 use crate::diagnose::question::Question;
@@ -100,7 +100,7 @@ fn beside_rivals(finding: &mut WrenchFinding, asking: &mut Asking<'_>) {
     let ranked = &mut finding.found.ranked;
     ranked.retain(|other| !tried.iter().any(|anew| anew.is_same(other)));
     ranked.retain(|other| {
-        let is_curve = other.effects.iter().any(|e| is_shape(e.id));
+        let is_curve = other.effects.iter().any(|e| is_general_curve(e.id));
         other.effects.len() != count || is_curve || other.is_beside_noise_of(to_explain)
     });
     ranked.extend(tried);

@@ -71,7 +71,7 @@ impl Fitted {
 
     /// Records how it stands beside a remainder: the ratio of its amount there, and `share`, a relative standard deviation that
     /// is added to those of all free parameters.
-    pub(crate) fn stand(&mut self, (amount, share): (f64, f64)) {
+    pub(crate) fn record_amount_ratio(&mut self, (amount, share): (f64, f64)) {
         self.beside_remainder = amount;
         for (value, sigma, _) in self.parameters.values_mut() {
             if *sigma > 0.0 {

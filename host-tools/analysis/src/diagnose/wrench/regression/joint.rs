@@ -31,6 +31,19 @@ pub(crate) struct Smooth {
     pub kappa: f64,
 }
 
+/// A nominal parameter as the logs estimate it.
+#[derive(Clone, Debug)]
+pub(crate) struct NominalEstimate {
+    /// Its name.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// Standard deviation of the value.
+    pub sigma: f64,
+    /// By how many tolerances the value is off.
+    pub tolerances: f64,
+}
+
 /// All logs with one regression.
 pub(crate) struct Joint {
     /// The logs; the first ones are those of the fit.
@@ -47,7 +60,7 @@ pub(crate) struct Joint {
     levels: [f64; 2],
     /// Indices of nominal parameters that are held at their values, because they would have to move further than their tolerances
     /// allow.
-    frozen: Vec<usize>,
+    held: Vec<usize>,
     /// A smooth remainder is among the columns of the tolerances.
     pub(crate) has_remainder: bool,
     /// Fits and columns that the searches of this diagnosis have computed.
@@ -91,7 +104,7 @@ impl Joint {
             problem,
             known: 0.0,
             levels: [0.0; 2],
-            frozen: Vec::new(),
+            held: Vec::new(),
             has_remainder: false,
             memo: Arc::clone(memo),
         };
@@ -151,7 +164,7 @@ impl Joint {
 
     /// Adds a smooth remainder: its functions join the columns of the tolerances, with priors as these, and the noise on its axes
     /// is raised.
-    pub(crate) fn stand_beside(&mut self, smooth: &Smooth) {
+    pub(crate) fn add_remainder(&mut self, smooth: &Smooth) {
         for (log, functions) in self.logs.iter_mut().zip(&smooth.functions) {
             log.tolerances.extend(functions.iter().cloned());
             for axis in &smooth.axes {
@@ -163,7 +176,7 @@ impl Joint {
     }
 
     /// Removes the smooth remainder again.
-    pub(crate) fn stand_alone(&mut self, smooth: &Smooth) {
+    pub(crate) fn remove_remainder(&mut self, smooth: &Smooth) {
         let kept = self.all_tolerances() - smooth.functions.first().map_or(0, Vec::len);
         for log in &mut self.logs {
             log.tolerances.truncate(kept);
@@ -171,7 +184,7 @@ impl Joint {
                 log.noise_model[axis.index()].sigma /= smooth.kappa.sqrt();
             }
         }
-        self.frozen.retain(|k| *k < kept);
+        self.held.retain(|k| *k < kept);
         self.problem = self.of_rows(|_, _| true);
         self.has_remainder = false;
     }
@@ -179,7 +192,7 @@ impl Joint {
     /// By how much χ² of each log, before any new effect, is larger than in another regression with the same noise. `None` where
     /// both hold the same nominal parameters, or the noise differs.
     pub(crate) fn more_to_explain_than(&self, other: &Self) -> Option<Vec<f64>> {
-        let held = |joint: &Self| joint.frozen.iter().copied().collect::<BTreeSet<usize>>();
+        let held = |joint: &Self| joint.held.iter().copied().collect::<BTreeSet<usize>>();
         let noise = |joint: &Self| -> Vec<f64> {
             let each = joint.logs.iter().flat_map(|log| &log.noise_model);
             each.map(|noise| noise.sigma).collect()
@@ -241,7 +254,7 @@ impl Joint {
 
     /// The regression of those rows for which `keeps`, called with log and row, is true.
     pub(crate) fn of_rows(&self, keeps: impl Fn(usize, usize) -> bool) -> Problem {
-        problem(&self.logs, &self.frozen, keeps)
+        problem(&self.logs, &self.held, keeps)
     }
 
     /// The regression of the logs of the fit.
@@ -263,14 +276,14 @@ impl Joint {
 
     /// Holds nominal parameters at their values that would have to move too far beside a hypothesis. Returns whether there are
     /// any.
-    pub(crate) fn freeze_strained(&mut self, tested: Option<&Tested>) -> bool {
+    pub(crate) fn hold_strained(&mut self, tested: Option<&Tested>) -> bool {
         let taken = self.problem.tolerances_with(&self.white_part(tested));
         let open: Vec<usize> = self.open_tolerances().collect();
         let strained = strained(taken.as_slice(), self.problem.informed());
         let strained: Vec<usize> = strained.iter().map(|k| open[*k]).collect();
         let any = !strained.is_empty();
         if any {
-            self.frozen.extend(strained);
+            self.held.extend(strained);
             self.problem = self.of_rows(|_, _| true);
         }
         any
@@ -283,18 +296,17 @@ impl Joint {
 
     /// Indices of those that may move within their tolerance.
     pub(crate) fn open_tolerances(&self) -> impl Iterator<Item = usize> {
-        (0..self.all_tolerances()).filter(|i| !self.frozen.contains(i))
+        (0..self.all_tolerances()).filter(|i| !self.held.contains(i))
     }
 
-    /// Nominal parameters beside a hypothesis: name, value, standard deviation, and by how many tolerances the value is off.
-    /// Parameters of which the logs say nothing are left out. The amounts of the hypothesis, and of the `earlier` effects that
+    /// Nominal parameters beside a hypothesis. Parameters of which the logs say nothing are left out. The amounts of the hypothesis, and of the `earlier` effects that
     /// the residual is already without, are estimated together with them, so that a parameter for which an effect stands is left
     /// out, too.
     pub(crate) fn nominal(
         &self,
         earlier: &[Fitted],
         tested: Option<&Tested>,
-    ) -> Vec<(String, f64, f64, f64)> {
+    ) -> Vec<NominalEstimate> {
         /// By this share the logs have to reduce the standard deviation of a parameter to say something of it.
         const SAYS: f64 = 0.05;
         let Some(first) = self.logs.first() else {
@@ -314,15 +326,12 @@ impl Joint {
         let each = self.open_tolerances().enumerate().filter_map(|(k, i)| {
             let nuisance = all.get(i)?;
             let [off, sigma] = after[k];
-            let value = nuisance.value + off * nuisance.tolerance;
             let says = sigma < 1.0 - SAYS;
-            says.then(|| {
-                (
-                    nuisance.name.clone(),
-                    value,
-                    sigma * nuisance.tolerance,
-                    off,
-                )
+            says.then(|| NominalEstimate {
+                name: nuisance.name.clone(),
+                value: nuisance.value + off * nuisance.tolerance,
+                sigma: sigma * nuisance.tolerance,
+                tolerances: off,
             })
         });
         each.collect()
@@ -552,11 +561,7 @@ pub(crate) struct Rest {
     pub exact: Column,
 }
 
-fn problem(
-    logs: &[PreparedLog],
-    frozen: &[usize],
-    keeps: impl Fn(usize, usize) -> bool,
-) -> Problem {
+fn problem(logs: &[PreparedLog], held: &[usize], keeps: impl Fn(usize, usize) -> bool) -> Problem {
     let segment = |(k, log): (usize, &PreparedLog)| Segment {
         noise_model: log.noise_model,
         fresh: (0..log.fresh.len())
@@ -567,7 +572,7 @@ fn problem(
     let residuals: Vec<&Column> = logs.iter().map(|log| &log.residual).collect();
     let open = |log: &PreparedLog| -> Vec<Column> {
         let all = log.tolerances.iter().enumerate();
-        let open = all.filter(|(i, _)| !frozen.contains(i));
+        let open = all.filter(|(i, _)| !held.contains(i));
         open.map(|(_, column)| column.clone()).collect()
     };
     let tolerances: Vec<Vec<Column>> = logs.iter().map(open).collect();

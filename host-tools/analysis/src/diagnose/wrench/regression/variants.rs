@@ -409,7 +409,7 @@ mod tests {
     fn products_are_those_of_the_tolerances_that_were_open() {
         let mut joint = joint([[0.0, 16.0]]);
         let before = Library::new(&joint, &|_| false);
-        assert!(joint.freeze_strained(None));
+        assert!(joint.hold_strained(None));
         let (before, after) = (before.anew(&joint), Library::new(&joint, &|_| false));
         let again = after.gram.clone();
         assert_eq!(before.gram, again);

@@ -47,7 +47,7 @@ impl Standing {
     pub(crate) fn determines(&self, effect: &Fitted, model: &Model) -> bool {
         let (amount, deviation) = self.amount;
         let mut effect = effect.clone();
-        effect.stand(self.amount);
+        effect.record_amount_ratio(self.amount);
         amount > DEVIATIONS_95 * deviation && effect.is_determined(model)
     }
 }

@@ -127,7 +127,7 @@ pub(crate) fn search(joint: &mut Joint, ask: &Ask<'_>) -> Found {
     let mut library = Library::new(joint, ask.excluded);
     let mut found = searched(joint, &library, ask);
     for _ in 0..ROUNDS {
-        if !joint.freeze_strained(found.accepted.as_ref()) {
+        if !joint.hold_strained(found.accepted.as_ref()) {
             break;
         }
         library = library.anew(joint);
