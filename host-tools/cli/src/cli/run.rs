@@ -19,7 +19,7 @@ use softdock_experiments::scenario::Scenario;
 use softdock_io::input::{self, refuse_overwrite_of};
 use softdock_io::say;
 use softdock_io::telemetry::{Pieces, Time};
-use softdock_mechanism::{EnergyBook, Loads};
+use softdock_mechanism::{EnergyBalance, Loads};
 use softdock_report::{Cell, Column, Table};
 use softdock_rig::rig::{self, hidden::suggest};
 use softdock_workbench::Simulation;
@@ -101,7 +101,7 @@ pub(super) struct Summary {
     fault: Option<String>,
     captured: bool,
     captured_s: Option<f64>,
-    energy: EnergyBook,
+    energy: EnergyBalance,
     loads: Vec<DockingLoads>,
     impacts: Vec<Impact>,
     /// Smallest damping that the predictor tells from none at this noise, N·s/m; only where the law has flagged a contact in
@@ -400,7 +400,7 @@ fn docked(summary: &Summary) -> String {
         Some(captured_s) => format!("captured at {captured_s:.3} s"),
         None => "not captured".to_owned(),
     };
-    let EnergyBook {
+    let EnergyBalance {
         work_j,
         stored_j,
         dissipated_j,
