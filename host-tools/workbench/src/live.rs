@@ -188,7 +188,7 @@ fn listen_to(listener: &Listener, frames: &Sender<Arc<Value>>, stop: &AtomicBool
         while let Some(left) = until.checked_duration_since(Instant::now()) {
             match listener.receive(left) {
                 Some((datagram, _)) => viewer.accept(&datagram, &mut |seen| frame.see(seen)),
-                None => viewer.rest(&mut |seen| frame.see(seen)),
+                None => viewer.give_up_missing(&mut |seen| frame.see(seen)),
             }
         }
         if !frame.time_s.is_empty() {

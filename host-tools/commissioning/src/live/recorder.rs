@@ -55,7 +55,7 @@ impl LiveRecorder {
         loop {
             match self.listener.receive(until.duration_since(Instant::now())) {
                 Some((datagram, from)) => self.recorder.accept(&datagram, from)?,
-                None => self.recorder.rest()?,
+                None => self.recorder.give_up_missing()?,
             }
             let cycles = self.recorder.progress().cycles;
             if cycles != self.cycles {
@@ -129,9 +129,9 @@ impl LiveRecorder {
 
     /// Writes what has come, and ends every file. They go away with the folder, if there is one.
     fn ended(mut self) -> Result<(Summary, Option<tempfile::TempDir>)> {
-        let mut rest = self.listener.close();
-        let came = rest.try_for_each(|(datagram, from)| self.recorder.accept(&datagram, from));
-        let came = came.and_then(|()| self.recorder.rest());
+        let mut drained = self.listener.close();
+        let came = drained.try_for_each(|(datagram, from)| self.recorder.accept(&datagram, from));
+        let came = came.and_then(|()| self.recorder.give_up_missing());
         let (summary, finished) = self.recorder.finish();
         came.and(finished)?;
         Ok((summary, self.folder))

@@ -3,9 +3,9 @@
 //! A chunk is used only after its checksum was found right, so that nothing half-written or
 //! damaged gets into a recording. The file may come from anywhere: no length in it is trusted.
 
-use super::again::{Again, Rounded};
 use super::cdr::Decoder;
 use super::file_format::{MESSAGE_ENCODING, NS_PER_S, SCHEMA_ENCODING};
+use super::recomputation::{Recomputation, Rounded};
 use super::schema::{declarations, ros2msg, ros2msg_of_arrays};
 use super::table::{self, TableReader};
 use super::topics::{Form, Row, Topic};
@@ -119,7 +119,7 @@ pub(super) struct Loader {
     /// Whether computed numbers are in single precision, with a checksum.
     single: bool,
     /// Recomputes these numbers, as long as the checksums agree.
-    again: Option<Again>,
+    recomputation: Option<Recomputation>,
     /// The cycle whose messages are being read.
     row: Row,
     /// Bits of the topics that were read of this cycle.
@@ -307,7 +307,7 @@ impl Loader {
         let single = topic == Topic::Checksum || matches!(form, Form::Single(_));
         if single && !self.single {
             self.single = true;
-            self.again = self.header.as_ref().and_then(Again::new);
+            self.recomputation = self.header.as_ref().and_then(Recomputation::new);
         }
         self.channels.insert(channel.id, form);
         Ok(())
@@ -363,8 +363,8 @@ impl Loader {
         if !self.single || self.recording.rounded.is_some() {
             return;
         }
-        let again = self.again.as_mut();
-        if !again.is_some_and(|again| again.complete(&mut self.row)) {
+        let recomputation = self.recomputation.as_mut();
+        if !recomputation.is_some_and(|recomputation| recomputation.complete(&mut self.row)) {
             self.recording.rounded = Some(Rounded {
                 place: self.recording.cycles.len(),
                 checksum: self.row.checksum,

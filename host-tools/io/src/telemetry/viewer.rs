@@ -3,7 +3,7 @@
 use super::assembly::Assembly;
 use super::window::Window;
 use softdock_app::record::CycleRecord;
-use softdock_app::telemetry::{Announcement, Kind, Part, read_machine, read_record, schema};
+use softdock_app::telemetry::{Announcement, Kind, MessagePart, read_machine, read_record, schema};
 use softdock_link::service::Machine;
 
 /// A message of a board.
@@ -21,7 +21,7 @@ pub enum Seen {
 #[derive(Debug, Default)]
 pub struct Viewer {
     boot: Option<u32>,
-    window: Window<(Part<'static>, Vec<u8>)>,
+    window: Window<(MessagePart<'static>, Vec<u8>)>,
     assembly: Assembly,
     /// The board's own counter of records that it dropped for lack of room.
     lost_on_board: u32,
@@ -32,7 +32,7 @@ pub struct Viewer {
 impl Viewer {
     /// Takes a datagram; `see` is called with each message that it completes.
     pub fn accept(&mut self, datagram: &[u8], see: &mut dyn FnMut(Seen)) {
-        let part = match Part::read(datagram) {
+        let part = match MessagePart::read(datagram) {
             Ok(part) if part.schema == schema() => part,
             _ => {
                 self.unreadable += 1;
@@ -46,7 +46,7 @@ impl Viewer {
                 ..Self::default()
             };
         }
-        let head = Part {
+        let head = MessagePart {
             payload: &[],
             ..part
         };
@@ -56,7 +56,7 @@ impl Viewer {
     }
 
     /// Called when nothing has come for a while: gives up the datagrams that are missing.
-    pub fn rest(&mut self, see: &mut dyn FnMut(Seen)) {
+    pub fn give_up_missing(&mut self, see: &mut dyn FnMut(Seen)) {
         self.advance(true, see);
     }
 
@@ -70,7 +70,7 @@ impl Viewer {
     fn advance(&mut self, give_up: bool, see: &mut dyn FnMut(Seen)) {
         while let Some((head, payload)) = self.window.take(give_up) {
             self.lost_on_board = head.lost;
-            let part = Part {
+            let part = MessagePart {
                 payload: &payload,
                 ..head
             };

@@ -12,7 +12,7 @@ use std::time::SystemTime;
 const LOOK_CYCLES: u64 = 64;
 
 /// A file that is being written.
-pub(super) struct Piece {
+pub(super) struct RecordingFile {
     writer: RecordingWriter,
     path: PathBuf,
     cycles: u64,
@@ -20,7 +20,7 @@ pub(super) struct Piece {
     bytes: u64,
 }
 
-impl Piece {
+impl RecordingFile {
     pub(super) fn create(path: &Path, header: &Header) -> Result<Self> {
         Ok(Self {
             writer: RecordingWriter::create(path, header)?,
