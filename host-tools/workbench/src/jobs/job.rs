@@ -33,7 +33,7 @@ pub(crate) struct Prepared {
 }
 
 /// The work of a job. It reports its progress, and returns the document of the result and a change that can be written.
-pub(super) type Work = Box<dyn FnOnce(&Job) -> Result<(Value, Option<Prepared>)> + Send>;
+pub(super) type JobFn = Box<dyn FnOnce(&Job) -> Result<(Value, Option<Prepared>)> + Send>;
 
 /// A job that is waiting, running or has ended.
 pub(super) struct Job {
@@ -64,7 +64,7 @@ struct Cancelled;
 
 impl Job {
     /// Does the work. Whatever happens, also a panic, the job ends with a result or an error.
-    pub(super) fn run(&self, work: Work) {
+    pub(super) fn run(&self, work: JobFn) {
         let work = AssertUnwindSafe(|| work(self));
         let ended = catch_unwind(work).unwrap_or_else(|why| {
             Err(if why.is::<Cancelled>() {
