@@ -51,7 +51,7 @@ impl Bounce {
 
     pub(super) fn at(&self, t: f64) -> (f64, f64, f64) {
         let truth = truth::Bounce::new(MASS, STIFFNESS, self.zeta, CLOSING);
-        let (depth, rate, load) = (truth.way_m(t), truth.rate_m_s(t), truth.force_n(t));
+        let (depth, rate, load) = (truth.displacement_m(t), truth.rate_m_s(t), truth.force_n(t));
         let more = if load > 0.0 {
             self.stiffening * depth * depth
         } else {
