@@ -183,7 +183,7 @@ pub struct Found {
 ///
 /// # Errors
 /// The system does not list its ports.
-pub fn found() -> Result<Vec<Found>> {
+pub fn serial_ports() -> Result<Vec<Found>> {
     let ports = serialport::available_ports().context("the system does not tell its ports")?;
     let mut found: Vec<Found> = ports.into_iter().map(describe).collect();
     found.sort_by(|a, b| (!a.probe, &a.port).cmp(&(!b.probe, &b.port)));
@@ -214,7 +214,7 @@ fn describe(info: SerialPortInfo) -> Found {
 /// # Errors
 /// There is none, or more than one.
 pub fn only_board() -> Result<String> {
-    let mut boards = found()?.into_iter().filter(|found| found.probe);
+    let mut boards = serial_ports()?.into_iter().filter(|found| found.probe);
     match (boards.next(), boards.next()) {
         (Some(board), None) => Ok(board.port),
         (None, _) => bail!(

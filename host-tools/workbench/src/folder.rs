@@ -125,13 +125,13 @@ impl Folder {
             if kind.is_dir() && depth > 0 && !SKIPPED.contains(&name) {
                 self.walk(&path, depth - 1, ending, found);
             } else if !kind.is_dir() && has(&path, ending) {
-                found.extend(self.found(path));
+                found.extend(self.entry(path));
             }
         }
     }
 
     /// A file for the list; None for a link that leads out of the folder.
-    fn found(&self, path: PathBuf) -> Option<Found> {
+    fn entry(&self, path: PathBuf) -> Option<Found> {
         let id = path.strip_prefix(&self.root).ok()?.to_str()?;
         let id = id.replace(std::path::MAIN_SEPARATOR, "/");
         let path = self.file(&id, path.extension()?.to_str()?).ok()?;

@@ -140,7 +140,7 @@ pub(super) async fn prediction(
     let Query(drawn) = drawn?;
     work(move || {
         let model = match drawn.job {
-            Some(job) => bench.jobs.after(job)?,
+            Some(job) => bench.jobs.model_after(job)?,
             None => open(&bench, &drawn.model)?.model().clone(),
         };
         let prediction = bench

@@ -108,7 +108,7 @@ pub(super) fn ethercat_sensor(input: &[u8]) {
             },
         };
         take(&mut driver, &exchange, n);
-        in_flight.sent(bytes);
+        in_flight.record_sent(bytes);
         let _ = in_flight.returned(data);
     }
 }

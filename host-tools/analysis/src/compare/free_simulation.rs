@@ -238,7 +238,9 @@ impl Body {
         let of_tool = |known: &EffectModel| {
             let effect = LoadEffect::find(model, &known.id)?;
             match effect.effect.law {
-                Law::Tool(law) => Some((law as ToolLaw, effect.given(&known.parameters))),
+                Law::Tool(law) => {
+                    Some((law as ToolLaw, effect.values_or_defaults(&known.parameters)))
+                }
                 _ => None,
             }
         };
@@ -352,7 +354,7 @@ impl Acting {
         for known in &model.effects {
             let id = || known.id.clone();
             let effect = LoadEffect::find(model, &known.id).ok_or_else(id)?;
-            let values = effect.given(&known.parameters);
+            let values = effect.values_or_defaults(&known.parameters);
             let form = |name| effect.effect.place(name).map_or(0.0, |k| values[k]);
             match effect.effect.law {
                 Law::Guide(law) | Law::Bearing(law) => {
@@ -442,7 +444,7 @@ impl Acting {
         let path = 0.5 * (slide.velocity + velocity) * step_s;
         for part in &mut self.parts {
             if let Part::Along(_, direction, _) = part {
-                direction.moved(path);
+                direction.advance_by(path);
             }
         }
         slide.position += path;
@@ -454,7 +456,7 @@ impl Acting {
         let of = |part: &Part| match part {
             Part::Along(law, direction, values) => {
                 let mut moved = *direction;
-                moved.moved(at.velocity * step_s);
+                moved.advance_by(at.velocity * step_s);
                 let direction = moved.at(end);
                 (law.force)(values, &Slide { direction, ..*at })
             }

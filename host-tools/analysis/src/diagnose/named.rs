@@ -7,7 +7,7 @@ use super::wrench::{Fitted, Joint};
 use softdock_physics::effects::mechanism::ACTS_AT;
 use softdock_physics::effects::{Role, by_id};
 use softdock_physics::model::load::effects::LoadEffect;
-use softdock_physics::model::{Axis, EffectModel, Model, known_parameters};
+use softdock_physics::model::{Axis, EffectModel, Model, allowed_parameters};
 use softdock_report::number;
 use softdock_statistics::DEVIATIONS_95;
 use std::collections::BTreeMap;
@@ -34,7 +34,7 @@ impl Named {
                 ..EffectModel::default()
             },
             estimates: BTreeMap::new(),
-            support: Support::alone(f64::INFINITY),
+            support: Support::without_rival(f64::INFINITY),
             foretold: Foretold::UNKNOWN,
         }
     }
@@ -212,7 +212,7 @@ impl Named {
         let ends = self.estimates.iter().filter_map(|(name, estimate)| {
             let parameter = effect.parameters.iter().find(|p| p.name == name)?;
             let is_shape = matches!(parameter.role, Role::Shape(_));
-            let [least, most] = effect.searched(parameter, joint.pace());
+            let [least, most] = effect.search_range(parameter, joint.pace());
             let value = estimate.value;
             let is_least = match least < 0.0 {
                 true => value <= END * least,
@@ -249,7 +249,7 @@ impl Named {
         let Ok(effect) = model.effect(&self.effect.id) else {
             return self;
         };
-        let ranges = known_parameters(model, effect);
+        let ranges = allowed_parameters(model, effect);
         for (name, [low, high]) in &mut self.effect.interval_95 {
             let range = ranges.iter().find(|range| range.name == name);
             let (Some(range), Some(estimate)) = (range, self.estimates.get_mut(name)) else {

@@ -109,7 +109,7 @@ pub(super) fn solve_weighted<G: Borrow<Group>>(
         let problem = Problem::new(groups, weights, unknowns, &gravity, &values, sigma);
         let solved = problem.solve();
         values = solved.values.clone();
-        let left = problem.left(&values);
+        let left = problem.residual_noise(&values);
         sigma = left.sigma;
         // The covariance belongs to the noise with which the rows were scaled.
         let rescaled = problem.covariance(&solved, sigma);
@@ -394,7 +394,7 @@ impl Problem {
     }
 
     /// Noise of forces and torques that these values leave; the unknowns reduce the degrees of freedom.
-    fn left(&self, values: &DVector<f64>) -> Left {
+    fn residual_noise(&self, values: &DVector<f64>) -> Left {
         let residual = &self.read - &self.rows * values;
         let of = |part: usize, unknowns: usize| {
             let freedom = (residual.len() as f64 / 2.0 - unknowns as f64).max(1.0);

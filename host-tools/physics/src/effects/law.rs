@@ -189,10 +189,10 @@ impl Direction {
         if before * velocity < 0.0 {
             // Split the step where the motion reverses.
             let cut = before / (before - velocity);
-            self.moved(path(before, cut));
-            self.moved(path(velocity, 1.0 - cut));
+            self.advance_by(path(before, cut));
+            self.advance_by(path(velocity, 1.0 - cut));
         } else {
-            self.moved(path(before + velocity, 1.0));
+            self.advance_by(path(before + velocity, 1.0));
         }
         self.at(velocity)
     }
@@ -207,7 +207,7 @@ impl Direction {
     }
 
     /// Advances the state by a path (m) in one direction; exact.
-    pub fn moved(&mut self, path: f64) {
+    pub fn advance_by(&mut self, path: f64) {
         let towards = sign(path);
         if towards == 0.0 {
             return;

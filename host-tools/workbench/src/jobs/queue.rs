@@ -81,7 +81,7 @@ impl Jobs {
     }
 
     /// The model with the change that a job has prepared.
-    pub(crate) fn after(&self, id: u64) -> Result<Model, Problem> {
+    pub(crate) fn model_after(&self, id: u64) -> Result<Model, Problem> {
         self.prepared(id).map(|prepared| prepared.after)
     }
 }

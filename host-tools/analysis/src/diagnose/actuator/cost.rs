@@ -338,7 +338,7 @@ impl<'a> Cost<'a> {
     /// own. Returns whether there are any.
     pub(crate) fn hold_strained(&mut self, terms: &[Term]) -> bool {
         let axes = std::array::from_fn(|axis| self.of_axis(&self.chain(terms, axis), axis));
-        let taken = self.taken(&axes).1;
+        let taken = self.total_and_nuisances(&axes).1;
         let strained = strained(taken.as_slice(), 2.0);
         let delay = strained.contains(&LONGER) || strained.contains(&SHORTER);
         let lag = strained.contains(&(NUISANCES - 1));
@@ -427,11 +427,11 @@ impl<'a> Cost<'a> {
 
     /// χ² of all axes, the nuisance parameters at their best and their priors included.
     pub(crate) fn total(&self, axes: &[AxisCost; 6]) -> f64 {
-        self.taken(axes).0
+        self.total_and_nuisances(axes).0
     }
 
     /// That χ², and the values of the nuisance parameters in tolerances.
-    fn taken(&self, axes: &[AxisCost; 6]) -> (f64, SVector<f64, NUISANCES>) {
+    fn total_and_nuisances(&self, axes: &[AxisCost; 6]) -> (f64, SVector<f64, NUISANCES>) {
         let mut squares = 0.0;
         let mut gradient = SVector::<f64, NUISANCES>::zeros();
         // The prior of each nuisance parameter has unit variance, in units of its tolerance.
@@ -466,7 +466,7 @@ impl<'a> Cost<'a> {
     /// Whitened residuals of each log and axis with these terms, the nuisance parameters at their best.
     pub(crate) fn white(&self, terms: &[Term]) -> Vec<[Vec<f64>; 6]> {
         let costs = std::array::from_fn(|axis| self.of_axis(&self.chain(terms, axis), axis));
-        let taken = self.taken(&costs).1;
+        let taken = self.total_and_nuisances(&costs).1;
         let of = |log: &LogCost<'_>, axis: usize| {
             let predicted = log.simulate(&self.chain(terms, axis), axis);
             let mut white = log.residual(&predicted, axis);

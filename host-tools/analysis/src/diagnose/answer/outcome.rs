@@ -77,7 +77,7 @@ pub(crate) fn conclude(
     let notes = notes.all(judged.unexplained, in_sample);
     let of_all_logs = of_all_logs(stages, &reduction);
     let is_named = |id: &&String| named.iter().any(|one| one.effect.id == **id);
-    let said = Said {
+    let inputs = DiagnosisInputs {
         stages,
         late: reduction.late.as_ref().filter(is_named).map(|_| model),
         named,
@@ -86,7 +86,7 @@ pub(crate) fn conclude(
         rest,
         predictions: &predictions,
     };
-    let mut diagnosis = said.diagnosis(same, reduction.steps, notes, unseen);
+    let mut diagnosis = inputs.diagnosis(same, reduction.steps, notes, unseen);
     if let Some(why) = of_all_logs {
         diagnosis.is_of_all_logs(why);
     }
@@ -104,7 +104,7 @@ pub(crate) fn conclude(
 }
 
 /// All from which a diagnosis is put together.
-struct Said<'a> {
+struct DiagnosisInputs<'a> {
     stages: &'a Stages,
     /// The model, if a late effect is named that was found by its error on unseen data.
     late: Option<&'a Model>,
@@ -115,7 +115,7 @@ struct Said<'a> {
     predictions: &'a Logs<Prediction>,
 }
 
-impl Said<'_> {
+impl DiagnosisInputs<'_> {
     /// The diagnosis but for its sentence.
     fn diagnosis(
         self,

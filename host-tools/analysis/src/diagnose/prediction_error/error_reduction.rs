@@ -92,7 +92,7 @@ impl ErrorReduction {
         let named = named.collect();
         let turned = turned.map(|before| [before, end.test]);
         let refitted = turned.or(known.refitted);
-        let predictions = known.taken(&order)?;
+        let predictions = known.into_predictions(&order)?;
         let reduction = Self {
             named,
             steps,
@@ -181,7 +181,7 @@ fn late_effects(
     };
     let knows =
         |known: &EffectModel| LoadEffect::find(model, &known.id).is_some_and(LoadEffect::is_late);
-    if !wrench.late().is_empty() || model.effects.iter().any(knows) {
+    if !wrench.late_ids().is_empty() || model.effects.iter().any(knows) {
         return Vec::new();
     }
     let logs = &wrench.prepared.logs;
@@ -191,7 +191,7 @@ fn late_effects(
         let [parameter] = &effect.parameters[..] else {
             return None;
         };
-        let [_, end] = effect.searched(parameter, wrench.prepared.pace());
+        let [_, end] = effect.search_range(parameter, wrench.prepared.pace());
         Some((effect, end))
     };
     late.filter_map(with_end).collect()
@@ -510,7 +510,7 @@ impl<'a> Known<'a> {
     }
 
     /// The predictions with these effects.
-    fn taken(mut self, effects: &[usize]) -> anyhow::Result<Logs<Prediction>> {
+    fn into_predictions(mut self, effects: &[usize]) -> anyhow::Result<Logs<Prediction>> {
         let key = sorted(effects);
         match self.predictions.remove(&key) {
             Some(both) => Ok(both),

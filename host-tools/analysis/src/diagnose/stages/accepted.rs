@@ -21,7 +21,7 @@ pub(crate) fn all(model: &Model, stages: &Stages) -> Vec<Named> {
     }
     for fit in &stages.body.accepted {
         let one = Named::new(fit.id, Vec::new());
-        let mut one = one.with_support(Support::alone(fit.evidence));
+        let mut one = one.with_support(Support::without_rival(fit.evidence));
         for (name, (value, sigma, unit)) in &fit.parameters {
             one = if *sigma > 0.0 {
                 one.with(name, (*value, *sigma), unit)
@@ -107,7 +107,7 @@ fn actuator(stages: &Stages) -> Vec<Named> {
             Some(at) => named.remove(at),
             None => {
                 let of_id = found.search.support.iter().find(|(other, _)| *other == id);
-                let support = of_id.map_or(Support::alone(f64::INFINITY), |(_, s)| *s);
+                let support = of_id.map_or(Support::without_rival(f64::INFINITY), |(_, s)| *s);
                 Named::new(id, axes_of(term, &active)).with_support(support)
             }
         };

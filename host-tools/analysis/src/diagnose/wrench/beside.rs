@@ -73,7 +73,7 @@ pub(crate) fn anew(first: &WrenchFinding, asking: &mut Asking<'_>) -> Option<Ane
         return None;
     }
     let nothing = asking.among(&[])?.prepared;
-    let mut now = first.whole();
+    let mut now = first.whole_hypothesis();
     let mut seen = vec![now.effects_in_order()];
     let mut finding = None;
     for _ in 0..ROUNDS {
@@ -82,7 +82,7 @@ pub(crate) fn anew(first: &WrenchFinding, asking: &mut Asking<'_>) -> Option<Ane
             beside: Some(&smooth),
             ..*asking.question
         })?;
-        let next = found.whole();
+        let next = found.whole_hypothesis();
         finding = Some(found);
         // The same answer would leave the same remainder, and the searches would cycle.
         if seen.contains(&next.effects_in_order()) {
@@ -106,7 +106,7 @@ pub(crate) fn better(
     nothing: &Joint,
     axes: &[Axis],
 ) -> WrenchFinding {
-    let both = [&first, &anew].map(WrenchFinding::whole);
+    let both = [&first, &anew].map(WrenchFinding::whole_hypothesis);
     let [error, of_anew] = both.each_ref().map(|of| nothing.error_on_unseen(of));
     // Where both name the same effects only their form differs, and the error decides between forms.
     let same = both[0].is_same(&both[1]);
@@ -128,7 +128,7 @@ pub(crate) fn beside_curves(first: WrenchFinding, asking: &mut Asking<'_>) -> Wr
     let beside_others =
         !finding.found.before_late.is_empty() || finding.has_dry_friction(asking.model);
     let late = match beside_others {
-        true => finding.late(),
+        true => finding.late_ids(),
         false => Vec::new(),
     };
     let asks = !late.is_empty() || finding.left().is_structured();
@@ -170,7 +170,7 @@ pub(crate) fn beside_curves(first: WrenchFinding, asking: &mut Asking<'_>) -> Wr
 /// Whether logs that disagree about delays alone agree on one general curve, with the same amounts in all logs, that leaves less
 /// than the delays do. A friction that builds up over a distance looks like a delay that is longer the slower the axis moves.
 pub(crate) fn agree_on_a_curve(finding: &WrenchFinding, asking: &mut Asking<'_>) -> bool {
-    let delays: Vec<String> = finding.late();
+    let delays: Vec<String> = finding.late_ids();
     let about: Vec<String> = finding.disagreeing_ids();
     let is_late = |id: &String| LoadEffect::find(asking.model, id).is_some_and(LoadEffect::is_late);
     if asking.question.tries_general_curves() || !about.iter().all(is_late) {
@@ -268,7 +268,7 @@ fn second_chance(
         };
         if !more.ids().contains(&id) {
             // The same effects are found again, but this search has found better shapes or forms of them.
-            let same = more.whole().is_same(&finding.whole());
+            let same = more.whole_hypothesis().is_same(&finding.whole_hypothesis());
             if same && more.error_on_unseen() * RISES < finding.error_on_unseen() {
                 *finding = more;
             }
@@ -282,7 +282,7 @@ fn second_chance(
             (*finding, *foretelling) = (more, with_it);
             imitated.retain(|other| other.id != id);
         } else if evidence > 0.0 {
-            unrefuted.push(more.whole());
+            unrefuted.push(more.whole_hypothesis());
         }
     }
     unrefuted

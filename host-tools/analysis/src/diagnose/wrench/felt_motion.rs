@@ -34,7 +34,7 @@ impl Motion<'_> {
     /// The logs with the load on their sensor. The motion is the simulated one if its misfit is below [`TRUSTED`], and the
     /// measured one from [`LEVEL`] on. Between the two it is the one whose load leaves less noise in the reading: the error of a
     /// motion, differentiated and multiplied by the mass of the tool, appears there as noise.
-    fn felt(&self, model: &Model, sampling: &mut Logs<Sampling>) -> Vec<PreparedLog> {
+    fn prepared_logs(&self, model: &Model, sampling: &mut Logs<Sampling>) -> Vec<PreparedLog> {
         let terms: &[Term] = self.actuator.map_or(&[], |a| a.search.terms());
         let mut with = |simulated: bool| -> Vec<PreparedLog> {
             let each = self.logs.all.par_iter().zip(&self.intervals.all);
@@ -90,7 +90,11 @@ pub(crate) fn wrench_stage(
     if !tells || !logs.all.iter().all(measured) {
         return None;
     }
-    let mut prepared = Joint::new(motion.felt(model, sampling), logs.fitted, &motion.memo);
+    let mut prepared = Joint::new(
+        motion.prepared_logs(model, sampling),
+        logs.fitted,
+        &motion.memo,
+    );
     if let Some(smooth) = question.beside {
         prepared.add_remainder(smooth);
     }

@@ -56,7 +56,7 @@ impl WrenchFinding {
     }
 
     /// One hypothesis of all effects, of this and of earlier rounds.
-    pub(crate) fn whole(&self) -> Tested {
+    pub(crate) fn whole_hypothesis(&self) -> Tested {
         let accepted = self.found.accepted.iter().flat_map(|t| &t.effects);
         let effects: Vec<Fitted> = self.earlier.0.iter().chain(accepted).cloned().collect();
         let parameters = effects.iter().flat_map(|e| e.parameters.values());
@@ -242,17 +242,18 @@ impl WrenchFinding {
     }
 
     /// Effects whose intervals exclude that they are absent.
-    pub(crate) fn told(&self) -> Vec<String> {
+    pub(crate) fn significant_ids(&self) -> Vec<String> {
         let model = self.prepared.logs.first().map(|log| &log.scene.model);
         let accepted = self.found.accepted.iter().flat_map(|t| &t.effects);
         let all = self.earlier.0.iter().chain(accepted);
-        let told = all.filter(|effect| model.is_some_and(|model| effect.is_significant(model)));
-        told.map(|effect| effect.id.to_owned()).collect()
+        let significant =
+            all.filter(|effect| model.is_some_and(|model| effect.is_significant(model)));
+        significant.map(|effect| effect.id.to_owned()).collect()
     }
 
     /// Accepted effects that move the reading in time.
-    pub(crate) fn late(&self) -> Vec<String> {
-        self.those(LoadEffect::is_late)
+    pub(crate) fn late_ids(&self) -> Vec<String> {
+        self.accepted_ids_that(LoadEffect::is_late)
     }
 
     /// Effects about which the logs disagree.
@@ -262,11 +263,11 @@ impl WrenchFinding {
     }
 
     /// Accepted effects that follow the time and nothing else.
-    pub(crate) fn drifts(&self) -> Vec<String> {
-        self.those(LoadEffect::is_a_drift)
+    pub(crate) fn drift_ids(&self) -> Vec<String> {
+        self.accepted_ids_that(LoadEffect::is_a_drift)
     }
 
-    fn those(&self, is: impl Fn(&LoadEffect) -> bool) -> Vec<String> {
+    fn accepted_ids_that(&self, is: impl Fn(&LoadEffect) -> bool) -> Vec<String> {
         let model = self.prepared.logs.first().map(|log| &log.scene.model);
         let is_one = |id: &String| {
             let effect = model.and_then(|model| LoadEffect::find(model, id));
@@ -286,7 +287,7 @@ impl WrenchFinding {
     /// out for its sake.
     pub(crate) fn ids_without(&self, gone: &[String]) -> Vec<String> {
         let mut ids = self.ids();
-        if self.late().iter().any(|late| gone.contains(late)) {
+        if self.late_ids().iter().any(|late| gone.contains(late)) {
             let before = self.found.before_late.iter();
             let more: Vec<String> = before.filter(|id| !ids.contains(id)).cloned().collect();
             ids.extend(more);
@@ -327,7 +328,7 @@ impl WrenchFinding {
             }
             *support = match self.beside {
                 Some(_) => support.at_most(standing.evidence),
-                None => Support::alone(standing.evidence),
+                None => Support::without_rival(standing.evidence),
             };
             effect.record_amount_ratio(standing.amount);
         }

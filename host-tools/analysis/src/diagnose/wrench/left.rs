@@ -192,7 +192,7 @@ fn removed(joint: &Joint, rests: &[Rest], constant: Constant) -> f64 {
         }
     };
     let nominal = |log: &PreparedLog| {
-        let mut nominal = log.scene.known();
+        let mut nominal = log.scene.change_by_known_effects();
         nominal.add(&log.residual.0);
         nominal
     };

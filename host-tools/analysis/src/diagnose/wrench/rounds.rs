@@ -42,7 +42,7 @@ pub(crate) fn wrench_rounds(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
         question: asking.question,
         search: &mut *asking.search,
     })?;
-    let mut all = fresh.told();
+    let mut all = fresh.significant_ids();
     let finds = |id: &String| all.contains(id);
     let finds_the_same = new.iter().all(finds) && agrees(&finding);
     let finds_added = added.iter().all(|effect| finds(&effect.id)) && agrees(&fresh);
@@ -110,7 +110,7 @@ fn beside_rivals(finding: &mut WrenchFinding, asking: &mut Asking<'_>) {
 /// Repeats the search without late effects if the answer has such, has no dry friction and leaves structure; returns the better
 /// answer. A delay of all that loads the sensor looks like a dry friction, and takes its place.
 fn without_late(finding: WrenchFinding, asking: &mut Asking<'_>) -> Option<WrenchFinding> {
-    let (late, axes) = (finding.late(), finding.structured_axes());
+    let (late, axes) = (finding.late_ids(), finding.structured_axes());
     if late.is_empty() || axes.is_empty() || finding.has_dry_friction(asking.model) {
         return Some(finding);
     }
@@ -125,7 +125,7 @@ fn without_late(finding: WrenchFinding, asking: &mut Asking<'_>) -> Option<Wrenc
 /// Where structure is left and the answer has effects that depend on time alone: the answer without these, unless they foretell
 /// unseen data much better ([`FORETELLS`]). A slow curve in time fits what many laws leave of one log.
 fn without_drift(finding: WrenchFinding, asking: &mut Asking<'_>) -> Option<WrenchFinding> {
-    let drifts = finding.drifts();
+    let drifts = finding.drift_ids();
     if drifts.is_empty() || !finding.can_foretell() || finding.structured_axes().is_empty() {
         return Some(finding);
     }
@@ -133,7 +133,8 @@ fn without_drift(finding: WrenchFinding, asking: &mut Asking<'_>) -> Option<Wren
         return Some(finding);
     };
     let nothing = asking.among(&[])?.prepared;
-    let [error, of_other] = [&finding, &other].map(|f| nothing.error_on_unseen(&f.whole()));
+    let [error, of_other] =
+        [&finding, &other].map(|f| nothing.error_on_unseen(&f.whole_hypothesis()));
     match of_other > FORETELLS * error {
         true => Some(finding),
         false => Some(other),

@@ -250,7 +250,7 @@ impl LoadEffect {
 
     /// Range in which a search looks for a parameter. The delay of a reading is that of some cycles of a sensor, a bus or a
     /// clock; a longer one has another cause.
-    pub fn searched(&self, parameter: &Parameter, logs: Pace) -> [f64; 2] {
+    pub fn search_range(&self, parameter: &Parameter, logs: Pace) -> [f64; 2] {
         let Parameter { low, high, .. } = *parameter;
         let Some(tried) = parameter.tried() else {
             return [low, high];
@@ -277,10 +277,10 @@ impl LoadEffect {
     }
 
     /// Values of a shape that a search tries.
-    pub fn tried(&self, shape: &Shape, logs: Pace) -> Vec<f64> {
+    pub fn tried_values(&self, shape: &Shape, logs: Pace) -> Vec<f64> {
         let known = self.parameters.iter().find(|p| p.name == shape.name);
         let [low, high] = known.map_or([f64::NEG_INFINITY, f64::INFINITY], |p| {
-            self.searched(p, logs)
+            self.search_range(p, logs)
         });
         let factor = match self.is_late_reading() {
             true => logs.slower(),
@@ -464,7 +464,7 @@ impl LoadEffect {
     }
 
     /// Values of a model file in the order of the parameters; missing ones have their default.
-    pub fn given(&self, values: &BTreeMap<String, f64>) -> Vec<f64> {
+    pub fn values_or_defaults(&self, values: &BTreeMap<String, f64>) -> Vec<f64> {
         let value = |p: &Parameter| values.get(p.name).copied().unwrap_or(p.default());
         self.parameters.iter().map(value).collect()
     }

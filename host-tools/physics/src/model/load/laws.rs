@@ -254,7 +254,7 @@ fn penetration(t: &Touch, n: usize) -> Option<Penetration> {
 /// Change of a reading by a delay and a lag.
 fn late(scene: &Scene, reading: &Column, by: Lateness) -> Column {
     let late = reading.each(|series| by.delayed(series, scene.cycle_s));
-    late.less(reading)
+    late.minus(reading)
 }
 
 /// Change of a reading that is early by a delay and a lag, such as a command before its motion; late if the delay is negative.
@@ -265,7 +265,7 @@ fn early(scene: &Scene, reading: &Column, by: Lateness) -> Column {
         return late(scene, reading, Lateness { delay_s, lag_s });
     }
     let early = reading.each(|series| by.anticipated(series, scene.cycle_s));
-    early.less(reading)
+    early.minus(reading)
 }
 
 /// Change of a reading in each cycle.

@@ -265,7 +265,7 @@ impl Scene {
     }
 
     /// The reading on the measured axes alone.
-    pub fn shown(&self, mut reading: Column) -> Column {
+    pub fn on_measured_axes(&self, mut reading: Column) -> Column {
         let hidden = reading.0.iter_mut().zip(self.measured);
         hidden
             .filter(|(_, measured)| !measured)
@@ -325,8 +325,8 @@ impl Scene {
     }
 
     /// Change of the reading by the effects of the model file.
-    pub fn known(&self) -> Column {
-        self.shown(self.reading.clone().less(&self.nominal))
+    pub fn change_by_known_effects(&self) -> Column {
+        self.on_measured_axes(self.reading.clone().minus(&self.nominal))
     }
 
     /// Reading of a force in C on a point of M.

@@ -87,7 +87,7 @@ fn solved(
     } else {
         exact(solution, shaped, shapes)
     };
-    match shaped.together(&solution, shapes, refined.steps(), care) {
+    match shaped.solve_together(&solution, shapes, refined.steps(), care) {
         Some(together) => together,
         None => {
             let white = shaped.sum(&solution.coefficients);

@@ -29,7 +29,7 @@ impl Fitted {
         let effect = LoadEffect::find(&scene.model, self.id)?;
         let values = self.parameters.iter();
         let values = values.map(|(name, (value, _, _))| ((*name).to_owned(), *value));
-        Some((effect, effect.given(&values.collect())))
+        Some((effect, effect.values_or_defaults(&values.collect())))
     }
 
     /// The effect split into one term for each coefficient that is not 0, if it is linear in them; otherwise the effect itself.

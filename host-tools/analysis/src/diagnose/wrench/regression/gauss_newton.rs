@@ -13,7 +13,7 @@ impl Shaped<'_> {
     /// at most `steps` Gauss-Newton steps from `start`. Returns the solution and its whitened contribution. For an estimate the
     /// columns are replaced by the slopes at each point; for screening the column of each part alone is close enough. `None` if
     /// no part acts on another.
-    pub(crate) fn together(
+    pub(crate) fn solve_together(
         &mut self,
         start: &Solution,
         shapes: &[Vec<f64>],
@@ -190,7 +190,7 @@ impl Shaped<'_> {
                 let known = effect.parameters.iter();
                 let known = known.filter(|p| p.name == effect.shapes[k].name);
                 shapes[i][k] = known.fold(moved, |moved, p| {
-                    let [low, high] = effect.searched(p, self.joint.pace());
+                    let [low, high] = effect.search_range(p, self.joint.pace());
                     moved.clamp(low, high)
                 });
             }

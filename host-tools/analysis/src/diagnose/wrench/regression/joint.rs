@@ -108,7 +108,11 @@ impl Joint {
             has_remainder: false,
             memo: Arc::clone(memo),
         };
-        let mut known: Vec<Column> = joint.logs.iter().map(|log| log.scene.known()).collect();
+        let mut known: Vec<Column> = joint
+            .logs
+            .iter()
+            .map(|log| log.scene.change_by_known_effects())
+            .collect();
         known.iter_mut().for_each(|column| column.scale(-1.0));
         let nothing = joint.problem.whitened(&known.iter().collect::<Vec<_>>());
         let (before, now) = (joint.squares(&nothing), joint.squares(&Column::default()));

@@ -51,7 +51,7 @@ impl Library {
     pub(crate) fn new(joint: &Joint, excluded: &dyn Fn(&str) -> bool) -> Self {
         use rayon::prelude::*;
         let model = joint.logs.first().map(|log| &log.scene.model);
-        let wanted = wanted(joint, excluded);
+        let wanted = tried_variants(joint, excluded);
         let built: Vec<Option<Vec<Column>>> = wanted
             .par_iter()
             .map(|(effect, shapes)| {
@@ -151,7 +151,7 @@ impl Library {
         for variant in self.variants.iter_mut().filter(|v| v.effect.is_late()) {
             variant.columns = vec![self.columns.len()];
             self.columns
-                .push(moved(joint, of_logs, variant.effect, &variant.shapes));
+                .push(late_column(joint, of_logs, variant.effect, &variant.shapes));
         }
     }
 
@@ -172,7 +172,7 @@ impl Library {
                 continue;
             }
             let columns = match effect.is_late() && found.effects.len() > 1 {
-                true => Some(vec![moved(joint, of_logs, effect, &shapes)]),
+                true => Some(vec![late_column(joint, of_logs, effect, &shapes)]),
                 false => joint.columns(&joint.problem, effect, &shapes, &effect.places(), &[]),
             };
             let Some(columns) = columns else {
@@ -213,7 +213,7 @@ impl Library {
 }
 
 /// The whitened column of a late effect: what it adds to the given loads of each log.
-fn moved(
+fn late_column(
     joint: &Joint,
     of_logs: &[Loaded<'_>],
     effect: &'static LoadEffect,
@@ -264,7 +264,10 @@ impl Store {
 }
 
 /// Effects that are tried, with each combination of shapes.
-fn wanted(joint: &Joint, excluded: &dyn Fn(&str) -> bool) -> Vec<(&'static LoadEffect, Vec<f64>)> {
+fn tried_variants(
+    joint: &Joint,
+    excluded: &dyn Fn(&str) -> bool,
+) -> Vec<(&'static LoadEffect, Vec<f64>)> {
     let model = joint.logs.first().map(|log| &log.scene.model);
     let all = model.into_iter().flat_map(LoadEffect::all);
     // A commanded force went through no sensor, so a constant is an offset of the guide and no zero of a sensor.
@@ -312,7 +315,7 @@ fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
 fn combinations(effect: &LoadEffect, logs: Pace) -> Vec<Vec<f64>> {
     let mut all: Vec<Vec<f64>> = vec![Vec::new()];
     for shape in &effect.shapes {
-        let tried = effect.tried(shape, logs);
+        let tried = effect.tried_values(shape, logs);
         let with = |head: &Vec<f64>, value: &f64| head.iter().chain([value]).copied().collect();
         let each = all
             .iter()
@@ -389,7 +392,7 @@ mod tests {
     fn a_spring_rests_where_logs_begin_unless_these_are_opposite_ends() {
         let rests_at_start = |phases| {
             let joint = joint(phases);
-            let springs = wanted(&joint, &|id| id != "cable_stiffness");
+            let springs = tried_variants(&joint, &|id| id != "cable_stiffness");
             let place = |effect: &LoadEffect| {
                 let mut shapes = effect.shapes.iter();
                 shapes.position(|shape| shape.name == ABOUT_START.name)

@@ -54,7 +54,7 @@ impl Work<'_> {
         let shapes = || now.effect.shapes.iter().enumerate();
         let is_size = |shape: &Shape| shape.choice && shape.continuous;
         let sharpest = |(k, shape): (usize, &Shape)| {
-            let tried = now.effect.tried(shape, self.joint.pace());
+            let tried = now.effect.tried_values(shape, self.joint.pace());
             is_size(shape).then(|| (k, tried.into_iter().fold(f64::INFINITY, f64::min)))
         };
         let sharpest: Vec<(usize, f64)> = shapes().filter_map(sharpest).collect();

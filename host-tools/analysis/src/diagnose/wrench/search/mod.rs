@@ -462,7 +462,7 @@ impl Work<'_> {
             let lacks_it = |t: &&&Tested| t.effects.iter().all(|e| e.id != own.id);
             let rivals = possible.iter().filter(lacks_it).map(|t| t.evidence);
             let best = rivals.fold(0.0, f64::max);
-            Support::alone(beside).with_rival(now.evidence - best)
+            Support::without_rival(beside).with_rival(now.evidence - best)
         };
         beside.into_iter().zip(&now.effects).map(of).collect()
     }

@@ -91,7 +91,7 @@ pub(crate) fn after_motion(joint: &Joint, accepted: &Tested) -> Option<AfterMoti
         });
         joint.squares_left(&with)
     };
-    let tried = delay.tried(shape, joint.pace());
+    let tried = delay.tried_values(shape, joint.pace());
     let each = tried.iter().map(|late_s| left(*late_s)).enumerate();
     let (best, _) = each.min_by(|a, b| a.1.total_cmp(&b.1))?;
     let low = best.checked_sub(1).map_or(0.0, |before| tried[before]);
