@@ -3,7 +3,7 @@
 use super::actuator::Term;
 use super::evidence::{Foretold, Support};
 use super::finding::Estimate;
-use super::wrench::{Fitted, Joint};
+use super::wrench::{Fitted, FittedParameter, Joint};
 use softdock_physics::effects::mechanism::ACTS_AT;
 use softdock_physics::effects::{Role, by_id};
 use softdock_physics::model::load::effects::LoadEffect;
@@ -274,7 +274,7 @@ pub(crate) fn of_reading(fitted: &Fitted) -> Named {
         foretold: fitted.foretold,
         ..Named::new(fitted.id, Vec::new())
     };
-    for (name, (value, sigma, unit)) in &fitted.parameters {
+    for (name, FittedParameter { value, sigma, unit }) in &fitted.parameters {
         one = if *sigma > 0.0 {
             one.within(name, *value, fitted.interval(name), unit)
         } else {

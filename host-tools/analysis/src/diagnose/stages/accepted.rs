@@ -4,6 +4,7 @@ use super::Stages;
 use crate::diagnose::actuator::{Candidate, Search, Term};
 use crate::diagnose::evidence::{NEARLY_AS_GOOD, Support};
 use crate::diagnose::named::{Named, of_reading};
+use crate::diagnose::wrench::FittedParameter;
 use softdock_physics::effects::body::{clock_jitter, clock_offset, clock_rate};
 use softdock_physics::model::stage::Stage;
 use softdock_physics::model::{Axis, Model};
@@ -22,7 +23,7 @@ pub(crate) fn all(model: &Model, stages: &Stages) -> Vec<Named> {
     for fit in &stages.body.accepted {
         let one = Named::new(fit.id, Vec::new());
         let mut one = one.with_support(Support::without_rival(fit.evidence));
-        for (name, (value, sigma, unit)) in &fit.parameters {
+        for (name, FittedParameter { value, sigma, unit }) in &fit.parameters {
             one = if *sigma > 0.0 {
                 one.with(name, (*value, *sigma), unit)
             } else {

@@ -61,7 +61,7 @@ impl WrenchFinding {
         let effects: Vec<Fitted> = self.earlier.0.iter().chain(accepted).cloned().collect();
         let parameters = effects.iter().flat_map(|e| e.parameters.values());
         Tested {
-            parameters: parameters.filter(|(_, sigma, _)| *sigma > 0.0).count(),
+            parameters: parameters.filter(|p| p.sigma > 0.0).count(),
             effects,
             ..Tested::default()
         }

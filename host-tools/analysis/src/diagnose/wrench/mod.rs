@@ -10,7 +10,7 @@ pub(crate) mod rounds;
 pub(crate) mod sampling;
 pub(crate) mod search;
 
-pub(crate) use regression::fitted::Fitted;
+pub(crate) use regression::fitted::{Fitted, FittedParameter};
 pub(crate) use regression::joint::{Joint, NominalEstimate, Smooth};
 pub(crate) use regression::memo::Memo;
 pub(crate) use regression::motions::scene;

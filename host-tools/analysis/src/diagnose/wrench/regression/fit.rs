@@ -1,6 +1,6 @@
 //! Fits a hypothesis to rows of the logs: refines its shapes, solves for its coefficients, and tells which values cannot be.
 
-use super::fitted::Fitted;
+use super::fitted::{Fitted, FittedParameter};
 use super::hypothesis::{Hypothesis, Part};
 use super::joint::Joint;
 use super::memo::Key;
@@ -114,7 +114,12 @@ fn effects_of(
             if let Some(coefficient) = effect.coefficients.get(k) {
                 let value = solution.coefficients[at];
                 let deviation = refined.deviations.get(at).unwrap_or(&solution.sigma[at]);
-                parameters.insert(coefficient.name, (value, *deviation, coefficient.unit));
+                let parameter = FittedParameter {
+                    value,
+                    sigma: *deviation,
+                    unit: coefficient.unit,
+                };
+                parameters.insert(coefficient.name, parameter);
                 if solution.wrong.contains(&at)
                     || effect.is_implausible(model, coefficient.name, value)
                 {
@@ -124,8 +129,12 @@ fn effects_of(
             at += 1;
         }
         for (k, shape) in effect.shapes.iter().enumerate() {
-            let sigma = refined.sigmas.get(&(i, k)).copied().unwrap_or(0.0);
-            parameters.insert(shape.name, (refined.shapes[i][k], sigma, shape.unit));
+            let parameter = FittedParameter {
+                value: refined.shapes[i][k],
+                sigma: refined.sigmas.get(&(i, k)).copied().unwrap_or(0.0),
+                unit: shape.unit,
+            };
+            parameters.insert(shape.name, parameter);
         }
         effects.push(Fitted {
             beside_remainder: 1.0,
@@ -156,12 +165,12 @@ fn driving(effect: &Fitted, effects: &[Fitted], model: &Model) -> Option<String>
     } = own.effect.difference_of?;
     let name = own.parameters[place].name;
     let other_name = LoadEffect::find(model, of)?.parameters[of_place].name;
-    let (value, sigma, unit) = *effect.parameters.get(name)?;
+    let FittedParameter { value, sigma, unit } = *effect.parameters.get(name)?;
     let found = effects.iter().find(|one| one.id == of);
     let found = found.and_then(|one| one.parameters.get(other_name));
     let known = model.effects.iter().filter(|one| one.id == of);
     let known: f64 = known.filter_map(|one| one.parameters.get(other_name)).sum();
-    let (there, other_sigma, _) = found.copied().unwrap_or((0.0, 0.0, unit));
+    let (there, other_sigma) = found.map_or((0.0, 0.0), |other| (other.value, other.sigma));
     let whole = there + known;
     /// Slope with which it drives one way, as a share of that with which it brakes the other.
     const DRIVES: f64 = 0.1;

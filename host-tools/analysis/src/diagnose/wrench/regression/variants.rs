@@ -162,7 +162,7 @@ impl Library {
             let Some((effect, signs)) = alike.map(|v| (v.effect, v.signs.clone())) else {
                 continue;
             };
-            let shape = |shape: &Shape| fitted.parameters.get(shape.name).map_or(0.0, |p| p.0);
+            let shape = |shape: &Shape| fitted.parameters.get(shape.name).map_or(0.0, |p| p.value);
             let shapes: Vec<f64> = effect.shapes.iter().map(shape).collect();
             if self
                 .variants

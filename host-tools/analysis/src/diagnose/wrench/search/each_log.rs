@@ -25,11 +25,11 @@ impl Disagreement {
         let each: Vec<BTreeMap<_, _>> = each.iter().map(of_log).collect();
         let names = each
             .iter()
-            .flat_map(|own| own.iter().filter(|p| p.1.1 > 0.0));
-        let names: BTreeSet<(&str, &str)> = names.map(|(name, p)| (*name, p.2)).collect();
+            .flat_map(|own| own.iter().filter(|(_, p)| p.sigma > 0.0));
+        let names: BTreeSet<(&str, &str)> = names.map(|(name, p)| (*name, p.unit)).collect();
         let values = |name: &str| {
             each.iter()
-                .map(|own| own.get(name).map_or(0.0, |p| p.0))
+                .map(|own| own.get(name).map_or(0.0, |p| p.value))
                 .collect()
         };
         let amounts = names

@@ -526,9 +526,8 @@ fn without(parts: &[Part], place: usize) -> Vec<Part> {
 
 /// Whether all parameters of a fit and their standard deviations are finite.
 fn is_determined(fitted: &Tested) -> bool {
-    let parameters = fitted.effects.iter().flat_map(|e| e.parameters.values());
-    let mut parameters = parameters.map(|(value, sigma, _)| (*value, *sigma));
-    parameters.all(|(value, sigma)| value.is_finite() && sigma.is_finite())
+    let mut parameters = fitted.effects.iter().flat_map(|e| e.parameters.values());
+    parameters.all(|p| p.value.is_finite() && p.sigma.is_finite())
 }
 
 /// The best hypotheses, at most `most`, and at most [`ALIKE`] of the same effects.

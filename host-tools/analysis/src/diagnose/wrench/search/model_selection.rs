@@ -4,7 +4,7 @@
 //! The form of an effect is chosen when it is found, and an effect that is found later can change the choice: a delay moves the
 //! reversals, and with that the sharpness that a dry friction seems to have there.
 
-use crate::diagnose::wrench::regression::fitted::Fitted;
+use crate::diagnose::wrench::regression::fitted::{Fitted, FittedParameter};
 use crate::diagnose::wrench::regression::hypothesis::{Hypothesis, Part, evaluate};
 use crate::diagnose::wrench::regression::tested::Tested;
 use crate::diagnose::wrench::regression::variants::Library;
@@ -152,20 +152,21 @@ pub(crate) fn widen(accepted: &mut [Fitted], fits: &[Tested]) {
     const UNKNOWN: f64 = 0.1;
     let count = fits.len().max(1) as f64;
     for (place, effect) in accepted.iter_mut().enumerate() {
-        for (name, (value, sigma, _)) in &mut effect.parameters {
+        for (name, parameter) in &mut effect.parameters {
+            let FittedParameter { value, sigma, .. } = *parameter;
             let moved = |fit: &Tested| {
-                let (without, deviation, _) = fit.effects[place].parameters.get(name)?;
-                let left = (*sigma / deviation).powi(2);
+                let without = fit.effects[place].parameters.get(name)?;
+                let left = (sigma / without.sigma).powi(2);
                 let weight = match left < UNKNOWN {
                     true => left,
                     false => (count - 1.0) / count,
                 };
-                Some(weight * (without - *value).powi(2))
+                Some(weight * (without.value - value).powi(2))
             };
             // A choice has no interval.
-            if *sigma > 0.0 {
+            if sigma > 0.0 {
                 let squares: f64 = fits.iter().filter_map(moved).sum();
-                *sigma = sigma.max(squares.sqrt());
+                parameter.sigma = sigma.max(squares.sqrt());
             }
         }
     }
@@ -188,7 +189,7 @@ pub(crate) fn parts_of(library: &Library, tested: &Tested) -> Vec<Part> {
                     .iter()
                     .zip(shapes)
                     .map(|(shape, value)| {
-                        let at = fitted.parameters.get(shape.name).map_or(0.0, |p| p.0);
+                        let at = fitted.parameters.get(shape.name).map_or(0.0, |p| p.value);
                         away(*value, at)
                     })
                     .sum()

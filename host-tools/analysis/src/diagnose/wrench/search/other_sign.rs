@@ -4,7 +4,7 @@
 use crate::diagnose::catalogue::has;
 use crate::diagnose::evidence::{Foretold, MOST};
 use crate::diagnose::wrench::regression::joint::Joint;
-use crate::diagnose::wrench::{Fitted, Tested};
+use crate::diagnose::wrench::{Fitted, FittedParameter, Tested};
 use softdock_physics::model::Model;
 use softdock_physics::model::load::Column;
 use softdock_physics::model::load::effects::{LoadEffect, Sign};
@@ -87,7 +87,14 @@ pub(crate) fn after_motion(joint: &Joint, accepted: &Tested) -> Option<AfterMoti
             elsewhere: BTreeMap::new(),
             foretold: Foretold::UNKNOWN,
             id: delay.id,
-            parameters: BTreeMap::from([(shape.name, (-late_s, 0.0, shape.unit))]),
+            parameters: BTreeMap::from([(
+                shape.name,
+                FittedParameter {
+                    value: -late_s,
+                    sigma: 0.0,
+                    unit: shape.unit,
+                },
+            )]),
         });
         joint.squares_left(&with)
     };
