@@ -5,6 +5,7 @@
 
 use super::cdr::Decoder;
 use super::file_format::{MESSAGE_ENCODING, NS_PER_S, SCHEMA_ENCODING};
+use super::outline::Outline;
 use super::recomputation::{Recomputation, Rounded};
 use super::schema::{declarations, ros2msg, ros2msg_of_arrays};
 use super::table::{self, TableReader};
@@ -379,12 +380,9 @@ impl Loader {
         format!("`{}`", name.unwrap_or("the next cycle"))
     }
 
-    /// Header, reason for an early end, number of cycles and duration (s) according to the file's summary. None if it has no
-    /// statistics, or not the same number of messages on each topic.
-    pub(super) fn outline(
-        mut self,
-        summary: &Summary,
-    ) -> Option<(Header, Option<String>, usize, f64)> {
+    /// The outline according to the file's summary. None if it has no statistics, or not the same number of messages on each
+    /// topic.
+    pub(super) fn outline(mut self, summary: &Summary) -> Option<Outline> {
         let statistics = summary.stats.as_ref()?;
         let mut counts = BTreeSet::new();
         for (id, channel) in &summary.channels {
@@ -413,11 +411,13 @@ impl Loader {
         let length_ns = statistics
             .message_end_time
             .checked_sub(statistics.message_start_time)?;
-        let cycles = usize::try_from(cycles).ok()?;
-        let duration_s = length_ns as f64 / NS_PER_S;
-        counts
-            .is_empty()
-            .then_some((self.header?, self.recording.cut, cycles, duration_s))
+        let outline = Outline {
+            header: self.header?,
+            cut: self.recording.cut,
+            cycles: usize::try_from(cycles).ok()?,
+            duration_s: length_ns as f64 / NS_PER_S,
+        };
+        counts.is_empty().then_some(outline)
     }
 
     fn finish(mut self, end: Option<Broken>, length: u64) -> anyhow::Result<Recording> {

@@ -9,8 +9,8 @@ use crate::diagnose::evidence::DIFFERS;
 use crate::diagnose::logs::Logs;
 use crate::diagnose::noise::structure::Structure;
 use crate::diagnose::question::Question;
-use crate::diagnose::wrench::Disagreement;
 use crate::diagnose::wrench::left::Left;
+use crate::diagnose::wrench::{AmountByLog, Disagreement};
 use softdock_physics::model::log::Log;
 use softdock_physics::model::{Axis, Channel, Model};
 use softdock_statistics::rms;
@@ -118,7 +118,11 @@ fn disagreements(
         let named = stage.parameters(rotation).iter().enumerate();
         let amounts = named.map(|(k, (name, unit))| {
             let of_logs = own.iter().map(|terms| terms[*place].values[k]);
-            (*name, *unit, of_logs.collect())
+            AmountByLog {
+                name,
+                unit,
+                values: of_logs.collect(),
+            }
         });
         Disagreement {
             id: stage.id(),

@@ -16,7 +16,7 @@ use crate::diagnose::prediction_error::error_reduction::{ErrorReduction, Refused
 use crate::diagnose::prediction_error::log_to_log::LogToLog;
 use crate::diagnose::prediction_error::noise_of_motion::Drowned;
 use crate::diagnose::stages::Stages;
-use crate::diagnose::wrench::{self, AfterMotion, Disagreement, PreparedLog, Ripple};
+use crate::diagnose::wrench::{self, AfterMotion, AmountByLog, Disagreement, PreparedLog, Ripple};
 use softdock_physics::effects::{CATALOGUE, Effect};
 use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::load::{Column, Scene};
@@ -466,8 +466,9 @@ fn from_log_to_log(one: &LogToLog) -> String {
 
 /// Sentences with the amounts of an effect in each log, for logs that disagree about it.
 fn amounts_of_logs(one: &Disagreement, fitted: usize) -> impl Iterator<Item = String> {
-    one.amounts.iter().map(move |(name, unit, of_logs)| {
-        let values: Vec<String> = of_logs.iter().map(|v| number::significant(*v, 3)).collect();
+    one.amounts.iter().map(move |amount| {
+        let AmountByLog { name, unit, values } = amount;
+        let values: Vec<String> = values.iter().map(|v| number::significant(*v, 3)).collect();
         let unseen = match values.get(fitted..) {
             Some(unseen @ [_, ..]) => format!("; those of --test {}", listed(unseen)),
             _ => String::new(),

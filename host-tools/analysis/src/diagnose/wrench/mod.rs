@@ -21,4 +21,4 @@ pub(crate) use remainder::{
     Remainder, Ripple, Standing, remainder, ripples, smooth, standings, worths,
 };
 pub(crate) use search::other_sign::{AfterMotion, OtherSign, after_motion, other_sign};
-pub(crate) use search::{Ask, Disagreement, Found, exchanged, search};
+pub(crate) use search::{AmountByLog, Ask, Disagreement, Found, exchanged, search};

@@ -1,7 +1,7 @@
 //! Whether the logs are of one machine in one state: finds effects whose amounts differ from log to log, or that one log alone
 //! shows.
 
-use super::{Disagreement, Work};
+use super::{AmountByLog, Disagreement, SearchState};
 use crate::diagnose::evidence::{self, DIFFERS, MOST};
 use crate::diagnose::wrench::left::{self, REMAINDER};
 use crate::diagnose::wrench::regression::fit::fitted_to;
@@ -26,15 +26,18 @@ impl Disagreement {
         let names = each
             .iter()
             .flat_map(|own| own.iter().filter(|(_, p)| p.sigma > 0.0));
-        let names: BTreeSet<(&str, &str)> = names.map(|(name, p)| (*name, p.unit)).collect();
+        let names: BTreeSet<(&'static str, &'static str)> =
+            names.map(|(name, p)| (*name, p.unit)).collect();
         let values = |name: &str| {
             each.iter()
                 .map(|own| own.get(name).map_or(0.0, |p| p.value))
                 .collect()
         };
-        let amounts = names
-            .into_iter()
-            .map(|(name, unit)| (name, unit, values(name)));
+        let amounts = names.into_iter().map(|(name, unit)| AmountByLog {
+            name,
+            unit,
+            values: values(name),
+        });
         Self {
             id,
             amounts: amounts.collect(),
@@ -66,23 +69,24 @@ impl Disagreement {
         let of = self
             .amounts
             .iter()
-            .filter(move |(_, unit, values)| self.pairs().any(|pair| differ(values, unit, pair)));
-        of.map(|(_, unit, _)| *unit)
+            .filter(move |of| self.pairs().any(|pair| differ(&of.values, of.unit, pair)));
+        of.map(|amount| amount.unit)
     }
 
     /// Sum over all amounts in a unit of their products in two logs.
     fn product(&self, unit: &str, one: usize, other: usize) -> f64 {
-        let same = self.amounts.iter().filter(|amount| amount.1 == unit);
-        same.map(|(.., values)| values[one] * values[other]).sum()
+        let same = self.amounts.iter().filter(|amount| amount.unit == unit);
+        same.map(|amount| amount.values[one] * amount.values[other])
+            .sum()
     }
 
     fn pairs(&self) -> impl Iterator<Item = [usize; 2]> + use<> {
-        let logs = self.amounts.first().map_or(0, |amount| amount.2.len());
+        let logs = self.amounts.first().map_or(0, |amount| amount.values.len());
         (0..logs).flat_map(|one| (0..one).map(move |other| [one, other]))
     }
 }
 
-impl Work<'_> {
+impl SearchState<'_> {
     /// Effects about which the logs disagree: amounts of each log's own explain more than common ones. What is left in all logs
     /// even with own amounts is no difference between logs, and then such effects count only in two cases: the answer leaves most
     /// of one log, or own amounts explain most of what is left.
@@ -268,7 +272,7 @@ impl Work<'_> {
         let detail = |k: &usize| self.library.variants[*k].effect.effect.is_detail();
         let all = (0..self.library.variants.len()).into_par_iter();
         let best = all
-            .filter(|k| self.any || !detail(k))
+            .filter(|k| self.details_stand_alone || !detail(k))
             .filter_map(|k| (0..logs).filter_map(|log| alone(k, log)).max_by(better))
             .max_by(better)?;
         let common = accepted.map_or(0.0, |t| t.evidence.max(0.0));
@@ -287,12 +291,15 @@ fn is_physical_where_it_shows_most(each: &[Tested]) -> bool {
 mod tests {
     use super::*;
 
-    fn differs(amounts: &[(&'static str, &'static str, [f64; 2])]) -> bool {
-        let amounts = amounts.iter();
-        let amounts = amounts.map(|(name, unit, values)| (*name, *unit, values.to_vec()));
+    fn amount(name: &'static str, unit: &'static str, values: [f64; 2]) -> AmountByLog {
+        let values = values.to_vec();
+        AmountByLog { name, unit, values }
+    }
+
+    fn differs(amounts: &[AmountByLog]) -> bool {
         let of_logs = Disagreement {
             id: "bearing_gravity",
-            amounts: amounts.collect(),
+            amounts: amounts.to_vec(),
         };
         of_logs.differs()
     }
@@ -301,10 +308,7 @@ mod tests {
     fn what_all_logs_show_has_one_sense() {
         let weight = |sine: [f64; 2], cosine: [f64; 2]| Disagreement {
             id: "bearing_gravity",
-            amounts: vec![
-                ("sine", "N·m", sine.to_vec()),
-                ("cosine", "N·m", cosine.to_vec()),
-            ],
+            amounts: vec![amount("sine", "N·m", sine), amount("cosine", "N·m", cosine)],
         };
         assert!(weight([2.0, 1.0], [-0.1, 0.2]).is_of_all());
         assert!(!weight([-0.02, -0.4], [0.32, -1.04]).is_of_all());
@@ -312,8 +316,8 @@ mod tests {
         let spring = Disagreement {
             id: "cable_stiffness",
             amounts: vec![
-                ("stiffness", "N/m", vec![1e3, 2e3]),
-                ("hardening", "N/m^3", vec![1e6, 1.1e6]),
+                amount("stiffness", "N/m", [1e3, 2e3]),
+                amount("hardening", "N/m^3", [1e6, 1.1e6]),
             ],
         };
         assert!(spring.is_of_all());
@@ -322,12 +326,13 @@ mod tests {
     /// Half as much again differs, a third does not; a small cosine beside a sine of 2 N·m does not.
     #[test]
     fn amounts_differ_by_what_all_of_a_unit_are() {
-        assert!(differs(&[("force_n", "N", [1.0, 1.55])]));
-        assert!(!differs(&[("force_n", "N", [1.0, 1.3])]));
-        assert!(differs(&[("force_n", "N", [0.1, -0.1])]));
-        let cosine = ("cosine", "N·m", [-0.3, 0.2]);
-        assert!(differs(&[cosine]));
-        assert!(!differs(&[("sine", "N·m", [2.0, 1.9]), cosine]));
-        assert!(differs(&[("sine", "N", [2.0, 1.9]), cosine]));
+        assert!(differs(&[amount("force_n", "N", [1.0, 1.55])]));
+        assert!(!differs(&[amount("force_n", "N", [1.0, 1.3])]));
+        assert!(differs(&[amount("force_n", "N", [0.1, -0.1])]));
+        let cosine = amount("cosine", "N·m", [-0.3, 0.2]);
+        assert!(differs(std::slice::from_ref(&cosine)));
+        let sine = |unit: &'static str| amount("sine", unit, [2.0, 1.9]);
+        assert!(!differs(&[sine("N·m"), cosine.clone()]));
+        assert!(differs(&[sine("N"), cosine]));
     }
 }

@@ -2,7 +2,7 @@
 //! seen.
 
 use super::model_selection::with_forms_reselected;
-use super::{TRIED, Work, without};
+use super::{SearchState, TRIED, without};
 use crate::diagnose::evidence::{FORETELLS, NAMED, TOLD_APART};
 use crate::diagnose::wrench::regression::fit::fitted_to;
 use crate::diagnose::wrench::regression::hypothesis::{Hypothesis, Part, evaluate, with_one_more};
@@ -13,14 +13,14 @@ use softdock_physics::model::load::Column;
 use std::collections::BTreeSet;
 use std::sync::{MutexGuard, PoisonError};
 
-impl Work<'_> {
+impl SearchState<'_> {
     /// Removes effects that are not worth their price beside the others, one at a time. If there are several, as the others
     /// nearly imitate each, that one goes without which a fit to the logs of the fit foretells the unseen logs best. `None` if
     /// nothing is left.
     fn pruned(&self, found: Tested) -> Option<Tested> {
         let mut now = found;
         loop {
-            let each = self.each(&now);
+            let each = self.evidence_of_each(&now);
             let worthless = |place: &usize| {
                 let others = now.gain - now.gain.min(each[*place].max(0.0));
                 each[*place] < self.joint.threshold_of(now.effects[*place].id, others)

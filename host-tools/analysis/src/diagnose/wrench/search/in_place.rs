@@ -1,13 +1,13 @@
 //! What else may stand in the place of what was found.
 
 use super::model_selection::{Rival, rivals};
-use super::{TRIED_LATER, Work, without};
+use super::{SearchState, TRIED_LATER, without};
 use crate::diagnose::wrench::regression::hypothesis::{Hypothesis, Part, with_one_more};
 use crate::diagnose::wrench::regression::tested::Tested;
 use std::collections::BTreeSet;
 use std::sync::PoisonError;
 
-impl Work<'_> {
+impl SearchState<'_> {
     /// The best rivals with as many effects, if there are more than two. (Hypotheses of one or two effects are all listed from
     /// the beginning of a search.) The climb may not have tried others in the place of each effect.
     pub(crate) fn alike(&self, accepted: &Tested) -> Vec<Tested> {

@@ -1,7 +1,7 @@
 //! Late effects (those that move the reading in time), tested beside sharper forms of the effects that they move.
 
 use super::model_selection::{away, other_forms};
-use super::{MOST, Work};
+use super::{MOST, SearchState};
 use crate::diagnose::wrench::regression::hypothesis::{Hypothesis, Part, evaluate};
 use crate::diagnose::wrench::regression::shaped::Shaped;
 use crate::diagnose::wrench::regression::tested::Tested;
@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use softdock_physics::model::load::effects::Shape;
 use std::collections::BTreeMap;
 
-impl Work<'_> {
+impl SearchState<'_> {
     /// The best hypothesis that combines a late effect with the sharpest form of an effect that was found. A late reading makes a
     /// reversal look round, and beside the round form it does not look late: neither is found without the other. `None` if the
     /// answer has a late effect already, has no room for one, or leaves little.

@@ -70,8 +70,19 @@ pub(crate) struct Found {
 pub(crate) struct Disagreement {
     /// Its id.
     pub id: &'static str,
-    /// Name, unit and values of each coefficient; one value per log, each fitted to that log alone.
-    pub amounts: Vec<(&'static str, &'static str, Vec<f64>)>,
+    /// Its coefficients.
+    pub amounts: Vec<AmountByLog>,
+}
+
+/// A coefficient that was fitted to each log alone.
+#[derive(Clone, Debug)]
+pub(crate) struct AmountByLog {
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// One value per log.
+    pub values: Vec<f64>,
 }
 
 /// The options of a search.
@@ -89,7 +100,7 @@ pub(crate) struct Ask<'a> {
 impl Found {
     /// The result of a search that was repeated after one in which logs disagreed. If it finds nothing, the disagreement stands,
     /// as nothing accounts for it.
-    fn after(self, disagreeing: Vec<Disagreement>) -> Self {
+    fn keeping_disagreements(self, disagreeing: Vec<Disagreement>) -> Self {
         match self.accepted.is_none() && self.disagreeing.is_empty() {
             true => Self {
                 disagreeing,
@@ -101,14 +112,14 @@ impl Found {
 }
 
 /// What a search works with.
-struct Work<'a> {
+struct SearchState<'a> {
     joint: &'a Joint,
     library: &'a Library,
     /// The regression of the logs of the fit.
     of_fit: &'a Problem,
     price: f64,
     /// Details of other effects may stand alone.
-    any: bool,
+    details_stand_alone: bool,
     watch: Watch<'a>,
     /// Hypotheses that were tested, by parts, as several paths lead to the same one.
     known: Mutex<BTreeMap<Vec<Part>, Tested>>,
@@ -125,13 +136,13 @@ pub(crate) fn search(joint: &mut Joint, ask: &Ask<'_>) -> Found {
     /// Repetitions, as further parameters may turn out to be too far off when others are held.
     const ROUNDS: usize = 3;
     let mut library = Library::new(joint, ask.excluded);
-    let mut found = searched(joint, &library, ask);
+    let mut found = search_from_best(joint, &library, ask);
     for _ in 0..ROUNDS {
         if !joint.hold_strained(found.accepted.as_ref()) {
             break;
         }
         library = library.anew(joint);
-        found = searched(joint, &library, ask).after(found.disagreeing);
+        found = search_from_best(joint, &library, ask).keeping_disagreements(found.disagreeing);
     }
     match found.accepted.clone() {
         Some(accepted) => beside_found(joint, library, &accepted, found, ask),
@@ -161,20 +172,20 @@ fn beside_found(
         ..*ask
     };
     let of_fit = joint.of_fit();
-    let work = Work::new(joint, &library, &of_fit, ask);
-    let accepted = work.again(accepted);
-    let end = work.beside(&accepted);
-    let late = work.late_beside_sharp_forms(&accepted);
+    let state = SearchState::new(joint, &library, &of_fit, ask);
+    let accepted = state.retested(accepted);
+    let end = state.climbed_from(&accepted);
+    let late = state.late_beside_sharp_forms(&accepted);
     if let Some(late) = late.filter(|late| late.evidence > end.0.evidence)
         && let Some(library) = Library::new(joint, ask.excluded).around(joint, &late, true)
     {
-        let work = Work::new(joint, &library, &of_fit, ask);
-        let of_late = work.beside(&work.again(&late));
+        let state = SearchState::new(joint, &library, &of_fit, ask);
+        let of_late = state.climbed_from(&state.retested(&late));
         if of_late.0.evidence > end.0.evidence {
-            return work.later(of_late, &accepted, found, ask);
+            return state.with_later_end(of_late, &accepted, found, ask);
         }
     }
-    work.later(end, &accepted, found, ask)
+    state.with_later_end(end, &accepted, found, ask)
 }
 
 /// A hypothesis, those without one of its effects, and the best with another effect in the place of one, all under one noise
@@ -185,38 +196,38 @@ pub(crate) fn exchanged(joint: &Joint, of: &Tested, ask: &Ask<'_>) -> Vec<Tested
     let around = plain().around(joint, of, true);
     let library = around.unwrap_or_else(plain);
     let of_fit = joint.of_fit();
-    let work = Work::new(joint, &library, &of_fit, ask);
-    let itself = evaluate(&library, work.parts(of), work.price);
-    work.tested(&itself.into_iter().collect::<Vec<_>>(), 1);
-    let mut all = work.exchanges(of, TRIED);
-    let fewer = work.fewer(of);
-    all.extend(work.tested(&fewer, fewer.len()));
-    all.extend(work.in_twos(of));
+    let state = SearchState::new(joint, &library, &of_fit, ask);
+    let itself = evaluate(&library, state.parts(of), state.price);
+    state.tested(&itself.into_iter().collect::<Vec<_>>(), 1);
+    let mut all = state.exchanges(of, TRIED);
+    let fewer = state.fewer(of);
+    all.extend(state.tested(&fewer, fewer.len()));
+    all.extend(state.in_twos(of));
     all
 }
 
 /// Searches from the best single effects and pairs.
-fn searched(joint: &Joint, library: &Library, ask: &Ask<'_>) -> Found {
+fn search_from_best(joint: &Joint, library: &Library, ask: &Ask<'_>) -> Found {
     let of_fit = joint.of_fit();
-    let work = Work::new(joint, library, &of_fit, ask);
-    let ranked = work.first();
-    let possible = ranked.iter().filter(|t| work.is_possible(t));
+    let state = SearchState::new(joint, library, &of_fit, ask);
+    let ranked = state.singles_and_pairs();
+    let possible = ranked.iter().filter(|t| state.is_possible(t));
     // Two starts with the same effects would climb to the same end.
     let mut seen = BTreeSet::new();
     let starts = possible.filter(|t| seen.insert(t.effects_in_order()));
     let starts: Vec<&Tested> = starts.take(STARTS).collect();
     let ends = starts.into_par_iter();
-    let ends: Vec<(Tested, bool)> = ends.map(|start| work.climbed(start.clone())).collect();
-    work.concluded(ends, ranked, ask)
+    let ends: Vec<(Tested, bool)> = ends.map(|start| state.climbed(start.clone())).collect();
+    state.concluded(ends, ranked, ask)
 }
 
-impl<'a> Work<'a> {
+impl<'a> SearchState<'a> {
     fn new(joint: &'a Joint, library: &'a Library, of_fit: &'a Problem, ask: &Ask<'a>) -> Self {
         let is_detail = |variant: &Variant| variant.effect.effect.is_detail();
         Self {
             price: evidence::price(joint.problem.count),
             // If only details are asked for, the model has the effects that they are details of.
-            any: ask.forced || library.variants.iter().all(is_detail),
+            details_stand_alone: ask.forced || library.variants.iter().all(is_detail),
             library,
             joint,
             of_fit,
@@ -228,15 +239,21 @@ impl<'a> Work<'a> {
     }
 }
 
-impl Work<'_> {
+impl SearchState<'_> {
     /// The end of a climb from an answer, small effects included, and whether the climb came to its end.
-    fn beside(&self, start: &Tested) -> (Tested, bool) {
+    fn climbed_from(&self, start: &Tested) -> (Tested, bool) {
         let (end, came_to_end) = self.climbed(start.clone());
         (self.with_small(end), came_to_end)
     }
 
     /// The result with the end of a further climb in it, if that has more evidence than before.
-    fn later(&self, end: (Tested, bool), before: &Tested, found: Found, ask: &Ask<'_>) -> Found {
+    fn with_later_end(
+        &self,
+        end: (Tested, bool),
+        before: &Tested,
+        found: Found,
+        ask: &Ask<'_>,
+    ) -> Found {
         if end.0.evidence <= before.evidence {
             return found;
         }
@@ -244,7 +261,7 @@ impl Work<'_> {
         let concluded = self.concluded(vec![end], found.ranked, ask);
         Found {
             before_late: if is_later { before.ids() } else { Vec::new() },
-            ..concluded.after(found.disagreeing)
+            ..concluded.keeping_disagreements(found.disagreeing)
         }
     }
 
@@ -313,9 +330,9 @@ impl Work<'_> {
     }
 
     /// Effects alone and in pairs, best first.
-    fn first(&self) -> Vec<Tested> {
-        let singles = self.whole(with_one_more(self.library, &[], self.price));
-        let doubles = self.whole(pairs(self.library, self.price));
+    fn singles_and_pairs(&self) -> Vec<Tested> {
+        let singles = self.without_stray_details(with_one_more(self.library, &[], self.price));
+        let doubles = self.without_stray_details(pairs(self.library, self.price));
         let mut ranked = self.tested(&singles, TRIED);
         ranked.extend(self.tested(&doubles, TRIED));
         ranked.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
@@ -323,7 +340,7 @@ impl Work<'_> {
     }
 
     /// A hypothesis of another search, tested with this library.
-    fn again(&self, found: &Tested) -> Tested {
+    fn retested(&self, found: &Tested) -> Tested {
         let same = evaluate(self.library, self.parts(found), self.price);
         same.map_or_else(|| found.clone(), |same| self.test(&same))
     }
@@ -340,14 +357,14 @@ impl Work<'_> {
     }
 
     /// Drops hypotheses with details, unless these may stand alone.
-    fn whole(&self, all: Vec<Hypothesis>) -> Vec<Hypothesis> {
+    fn without_stray_details(&self, all: Vec<Hypothesis>) -> Vec<Hypothesis> {
         let is_detail = |part: &Part| {
             self.library.variants[part.variant]
                 .effect
                 .effect
                 .is_detail()
         };
-        let whole = |h: &Hypothesis| self.any || !h.parts.iter().any(is_detail);
+        let whole = |h: &Hypothesis| self.details_stand_alone || !h.parts.iter().any(is_detail);
         all.into_iter().filter(whole).collect()
     }
 
@@ -436,7 +453,7 @@ impl Work<'_> {
     }
 
     /// Evidence for each effect: that of the whole less that without the effect, the forms of the others chosen again.
-    fn each(&self, now: &Tested) -> Vec<f64> {
+    fn evidence_of_each(&self, now: &Tested) -> Vec<f64> {
         let of = |place: usize| match now.effects.len() {
             1 => now.evidence,
             _ => {
@@ -451,7 +468,7 @@ impl Work<'_> {
 
     /// Support of each effect: its evidence beside the others, and that against the best tested hypothesis without it.
     fn support(&self, now: &Tested) -> Vec<Support> {
-        let beside = self.each(now);
+        let beside = self.evidence_of_each(now);
         let known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         let misled = self.misled();
         let leads =

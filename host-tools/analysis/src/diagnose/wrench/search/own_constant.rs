@@ -1,6 +1,6 @@
 //! A constant whose value differs from log to log.
 
-use super::{Disagreement, Work};
+use super::{Disagreement, SearchState};
 use crate::diagnose::evidence::MOST;
 use crate::diagnose::wrench::regression::hypothesis::{Part, evaluate};
 use crate::diagnose::wrench::regression::prepared_log::PreparedLog;
@@ -19,7 +19,7 @@ struct OwnConstants {
     slopes: f64,
 }
 
-impl Work<'_> {
+impl SearchState<'_> {
     /// A constant of each log's own, if it explains most of what effects leave: a zero that was set anew, or a weight in another
     /// pose. The common part of such constants may be nothing, so that other effects are found in their place, or are refused, as
     /// they foretell no other log. `None` if a log moves in one direction only: there a friction is a constant, too.
