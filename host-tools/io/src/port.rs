@@ -170,7 +170,7 @@ impl Write for Port {
 
 /// A serial port of this computer.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Found {
+pub struct AvailablePort {
     /// Path or name of the port.
     pub port: String,
     /// Description of the device behind it.
@@ -183,14 +183,14 @@ pub struct Found {
 ///
 /// # Errors
 /// The system does not list its ports.
-pub fn serial_ports() -> Result<Vec<Found>> {
+pub fn serial_ports() -> Result<Vec<AvailablePort>> {
     let ports = serialport::available_ports().context("the system does not tell its ports")?;
-    let mut found: Vec<Found> = ports.into_iter().map(describe).collect();
+    let mut found: Vec<AvailablePort> = ports.into_iter().map(describe).collect();
     found.sort_by(|a, b| (!a.probe, &a.port).cmp(&(!b.probe, &b.port)));
     Ok(found)
 }
 
-fn describe(info: SerialPortInfo) -> Found {
+fn describe(info: SerialPortInfo) -> AvailablePort {
     let (device, probe) = match info.port_type {
         SerialPortType::UsbPort(usb) => {
             let name = usb.product.unwrap_or_else(|| "USB device".into());
@@ -202,7 +202,7 @@ fn describe(info: SerialPortInfo) -> Found {
         SerialPortType::BluetoothPort => ("Bluetooth".into(), false),
         SerialPortType::Unknown => ("unknown".into(), false),
     };
-    Found {
+    AvailablePort {
         port: info.port_name,
         device,
         probe,

@@ -8,7 +8,7 @@ use anyhow::Result;
 use serde::Serialize;
 use serde_json::{Value, json};
 use softdock_app::record::CycleRecord;
-use softdock_io::telemetry::{Listener, Seen, Viewer};
+use softdock_io::telemetry::{BoardMessage, Listener, Viewer};
 use softdock_link::service::Machine;
 use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -129,11 +129,11 @@ struct Answers {
 }
 
 impl Frame {
-    fn see(&mut self, seen: Seen) {
+    fn see(&mut self, seen: BoardMessage) {
         match seen {
-            Seen::Firmware(identity) => self.firmware = Some(identity),
-            Seen::Cycle(cycle) => self.cycle(&cycle),
-            Seen::Machine(machine) => self.answers = Some(Answers::of(&machine)),
+            BoardMessage::Firmware(identity) => self.firmware = Some(identity),
+            BoardMessage::Cycle(cycle) => self.cycle(&cycle),
+            BoardMessage::Machine(machine) => self.answers = Some(Answers::of(&machine)),
         }
     }
 

@@ -43,14 +43,14 @@ pub(crate) struct BodySearch {
 }
 
 /// Name and unit of a parameter.
-type Named = (&'static str, &'static str);
+type ParameterName = (&'static str, &'static str);
 
 /// A hypothesis: an effect with some of its parameters, one for each column.
 struct Hypothesis {
     id: &'static str,
     /// A choice of its form, if it is not the default one.
     form: Option<&'static str>,
-    parameters: &'static [Named],
+    parameters: &'static [ParameterName],
     columns: Vec<Column>,
 }
 
@@ -66,16 +66,16 @@ const MASS: &str = sc_mass_error::EFFECT.id;
 const INERTIA: &str = sc_inertia_error::EFFECT.id;
 const RESISTANCE: &str = manipulator_resistance::EFFECT.id;
 
-const MASS_ERROR: [Named; 1] = [("mass_error_kg", "kg")];
-const INERTIA_ERRORS: [Named; 3] = [
+const MASS_ERROR: [ParameterName; 1] = [("mass_error_kg", "kg")];
+const INERTIA_ERRORS: [ParameterName; 3] = [
     ("ixx_kg_m2", "kg·m²"),
     ("iyy_kg_m2", "kg·m²"),
     ("izz_kg_m2", "kg·m²"),
 ];
-const SPRING: Named = ("stiffness_n_per_m", "N/m");
+const SPRING: ParameterName = ("stiffness_n_per_m", "N/m");
 /// Choice of a spring that is relaxed where the log begins.
 const ABOUT_START: &str = "about_start";
-const DAMPER: Named = ("damping_n_s_per_m", "N·s/m");
+const DAMPER: ParameterName = ("damping_n_s_per_m", "N·s/m");
 
 impl BodyRegression {
     /// From a prediction with the nominal model. `None` if it does not predict this channel.
@@ -183,10 +183,10 @@ fn resistances(
     recording: &Recording,
     difference: &dyn Fn(&[Option<Six>]) -> Column,
 ) -> Vec<Hypothesis> {
-    let of_unit = |(name, _): Named, form: Option<&str>| {
+    let of_unit = |(name, _): ParameterName, form: Option<&str>| {
         with_unit(model, recording, name, form).map(|other| difference(&other))
     };
-    let one = |form, parameters: &'static [Named], columns: Vec<Column>| Hypothesis {
+    let one = |form, parameters: &'static [ParameterName], columns: Vec<Column>| Hypothesis {
         id: RESISTANCE,
         form,
         parameters,

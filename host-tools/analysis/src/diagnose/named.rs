@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 
 /// An accepted effect.
 #[derive(Clone, Debug)]
-pub(crate) struct Named {
+pub(crate) struct NamedEffect {
     /// The entry of the model file.
     pub effect: EffectModel,
     /// Its fitted parameters with units and intervals, by name.
@@ -25,7 +25,7 @@ pub(crate) struct Named {
     pub foretold: Foretold,
 }
 
-impl Named {
+impl NamedEffect {
     pub(crate) fn new(id: &str, axes: Vec<Axis>) -> Self {
         Self {
             effect: EffectModel {
@@ -269,10 +269,10 @@ pub(crate) fn model_of(fitted: &Fitted) -> EffectModel {
 }
 
 /// A fitted effect on the reading.
-pub(crate) fn of_reading(fitted: &Fitted) -> Named {
-    let mut one = Named {
+pub(crate) fn of_reading(fitted: &Fitted) -> NamedEffect {
+    let mut one = NamedEffect {
         foretold: fitted.foretold,
-        ..Named::new(fitted.id, Vec::new())
+        ..NamedEffect::new(fitted.id, Vec::new())
     };
     for (name, FittedParameter { value, sigma, unit }) in &fitted.parameters {
         one = if *sigma > 0.0 {
@@ -285,7 +285,10 @@ pub(crate) fn of_reading(fitted: &Fitted) -> Named {
 }
 
 /// The model with effects added.
-pub(crate) fn with_effects<'a>(model: &Model, named: impl Iterator<Item = &'a Named>) -> Model {
+pub(crate) fn with_effects<'a>(
+    model: &Model,
+    named: impl Iterator<Item = &'a NamedEffect>,
+) -> Model {
     let mut after = model.clone();
     after.effects.extend(named.map(|n| n.effect.clone()));
     after
@@ -304,7 +307,7 @@ mod tests {
             ("rate_limit", "max_acceleration_rad_s2", "rad/s^2"),
             ("guide_viscous", "damping_n_m_s_per_rad", "N·m·s/rad"),
         ] {
-            let open = Named::new(id, Vec::new()).with(name, (8.0, 30.0), unit);
+            let open = NamedEffect::new(id, Vec::new()).with(name, (8.0, 30.0), unit);
             let ended = open.bounded(&model);
             let estimate = &ended.estimates[name];
             assert!(estimate.low >= 0.0 && estimate.high > 60.0, "{estimate:?}");
@@ -317,7 +320,7 @@ mod tests {
     fn a_shape_that_is_told_makes_no_amount() {
         let model = Model::default();
         let drift = |force: (f64, f64)| {
-            Named::new("ft_bias_drift", Vec::new())
+            NamedEffect::new("ft_bias_drift", Vec::new())
                 .with("fx_n", force, "N")
                 .with("time_constant_s", (15.0, 4.0), "s")
         };

@@ -30,4 +30,4 @@ pub use listener::{Listener, Received};
 pub use names::sort_series;
 pub use recorder::{Progress, Recorder, Summary};
 pub use stream_file::{FileSummary, METADATA};
-pub use viewer::{Seen, Viewer};
+pub use viewer::{BoardMessage, Viewer};

@@ -8,7 +8,7 @@ use softdock_link::service::Machine;
 
 /// A message of a board.
 #[derive(Clone, Debug)]
-pub enum Seen {
+pub enum BoardMessage {
     /// The firmware's identity.
     Firmware(String),
     /// A cycle.
@@ -31,7 +31,7 @@ pub struct Viewer {
 
 impl Viewer {
     /// Takes a datagram; `see` is called with each message that it completes.
-    pub fn accept(&mut self, datagram: &[u8], see: &mut dyn FnMut(Seen)) {
+    pub fn accept(&mut self, datagram: &[u8], see: &mut dyn FnMut(BoardMessage)) {
         let part = match MessagePart::read(datagram) {
             Ok(part) if part.schema == schema() => part,
             _ => {
@@ -56,7 +56,7 @@ impl Viewer {
     }
 
     /// Called when nothing has come for a while: gives up the datagrams that are missing.
-    pub fn give_up_missing(&mut self, see: &mut dyn FnMut(Seen)) {
+    pub fn give_up_missing(&mut self, see: &mut dyn FnMut(BoardMessage)) {
         self.advance(true, see);
     }
 
@@ -67,7 +67,7 @@ impl Viewer {
         [u64::from(self.lost_on_board), torn, self.unreadable]
     }
 
-    fn advance(&mut self, give_up: bool, see: &mut dyn FnMut(Seen)) {
+    fn advance(&mut self, give_up: bool, see: &mut dyn FnMut(BoardMessage)) {
         while let Some((head, payload)) = self.window.take(give_up) {
             self.lost_on_board = head.lost;
             let part = MessagePart {
@@ -77,13 +77,13 @@ impl Viewer {
             let seen = match self.assembly.push(&part) {
                 Some((Kind::Announcement, message)) => Announcement::read(&message)
                     .ok()
-                    .map(|announced| Seen::Firmware(announced.identity.to_owned())),
-                Some((Kind::Record, message)) => {
-                    read_record(&message).ok().map(|r| Seen::Cycle(Box::new(r)))
-                }
+                    .map(|announced| BoardMessage::Firmware(announced.identity.to_owned())),
+                Some((Kind::Record, message)) => read_record(&message)
+                    .ok()
+                    .map(|r| BoardMessage::Cycle(Box::new(r))),
                 Some((Kind::Machine, message)) => read_machine(&message)
                     .ok()
-                    .map(|m| Seen::Machine(Box::new(m))),
+                    .map(|m| BoardMessage::Machine(Box::new(m))),
                 None => None,
             };
             seen.into_iter().for_each(&mut *see);

@@ -9,7 +9,7 @@ use crate::diagnose::evidence::DIFFERS;
 use crate::diagnose::logs::Logs;
 use crate::diagnose::noise::structure::Structure;
 use crate::diagnose::question::Question;
-use crate::diagnose::wrench::left::Left;
+use crate::diagnose::wrench::left::RemainingStructure;
 use crate::diagnose::wrench::{AmountByLog, Disagreement};
 use softdock_physics::model::log::Log;
 use softdock_physics::model::{Axis, Channel, Model};
@@ -152,7 +152,12 @@ fn differ(place: usize, own: &[Vec<Term>], cost: &Cost<'_>) -> bool {
 }
 
 /// What terms leave if each log has amounts of its own.
-fn left_apart(own: &[Vec<Term>], logs: &Logs<Log>, cost: &Cost<'_>, scatters: bool) -> Left {
+fn left_apart(
+    own: &[Vec<Term>],
+    logs: &Logs<Log>,
+    cost: &Cost<'_>,
+    scatters: bool,
+) -> RemainingStructure {
     let mut squares = 0.0;
     let each = logs.all.iter().zip(own).enumerate();
     let structures: Vec<[Structure; 6]> = each
@@ -170,7 +175,7 @@ fn left_apart(own: &[Vec<Term>], logs: &Logs<Log>, cost: &Cost<'_>, scatters: bo
         let of_axis = structures.iter().map(|axes| axes[axis.index()].clone());
         (Channel::ExecutedVelocity, axis, of_axis.collect())
     });
-    Left::of_velocities(axes.collect(), squares, cost.of(&[]), cost.count())
+    RemainingStructure::of_velocities(axes.collect(), squares, cost.of(&[]), cost.count())
 }
 
 /// Rms of what is left of each axis, over the data sheet's noise.

@@ -9,7 +9,7 @@ use crate::compare::sentence::listed;
 use crate::diagnose::actuator::{Candidate, Search};
 use crate::diagnose::evidence::{NAMED, RISES};
 use crate::diagnose::finding::{Equivalent, NoiseFloor, Verdict};
-use crate::diagnose::named::Named;
+use crate::diagnose::named::NamedEffect;
 use crate::diagnose::noise::autoregressive::LEAST;
 use crate::diagnose::noise::structure::SLOW_HZ;
 use crate::diagnose::prediction_error::error_reduction::{ErrorReduction, Refused};
@@ -386,7 +386,7 @@ impl Answer<'_> {
 }
 
 /// For each amount of an effect that is not late: its name, and its contribution to the reading of a log.
-fn terms(named: &Named, scene: &Scene) -> Vec<(String, Column)> {
+fn terms(named: &NamedEffect, scene: &Scene) -> Vec<(String, Column)> {
     let EffectModel { id, parameters, .. } = &named.effect;
     let effect = LoadEffect::find(&scene.model, id).filter(|effect| !effect.is_late());
     let Some(effect) = effect else {
@@ -531,7 +531,7 @@ mod tests {
         };
         let time_s = (0..9).map(|n| 0.01 * f64::from(n)).collect();
         let scene = Scene::new(&model, 0.01, time_s, pose.collect(), vec![motion; 9]);
-        let weight = Named::new("bearing_gravity", Vec::new())
+        let weight = NamedEffect::new("bearing_gravity", Vec::new())
             .with("sine_n_m", (2.0, 0.1), "N·m")
             .with("cosine_n_m", (0.5, 0.1), "N·m");
         let terms = terms(&weight, &scene);

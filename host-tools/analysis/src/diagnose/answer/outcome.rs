@@ -11,14 +11,14 @@ use super::verdict::{Judged, is_driven, of_a_rig, untested};
 use crate::diagnose::evidence;
 use crate::diagnose::finding::{Diagnosis, Equivalent, Nominal, Ranked, Region, RunnerUp, Verdict};
 use crate::diagnose::logs::Logs;
-use crate::diagnose::named::{Named, with_effects};
+use crate::diagnose::named::{NamedEffect, with_effects};
 use crate::diagnose::prediction_error::error_reduction::ErrorReduction;
 use crate::diagnose::prediction_error::left_over::left_over;
 use crate::diagnose::prediction_error::log_to_log::from_log_to_log;
 use crate::diagnose::question::Question;
 use crate::diagnose::stages::Stages;
 use crate::diagnose::wrench::NominalEstimate;
-use crate::diagnose::wrench::left::Left;
+use crate::diagnose::wrench::left::RemainingStructure;
 use crate::levels::{BeforeAfter, ChannelLevels, Step};
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
@@ -46,7 +46,7 @@ pub(crate) fn conclude(
     question: &Question<'_>,
 ) -> anyhow::Result<Outcome> {
     let (reduction, predictions) = ErrorReduction::of(model, recordings, stages, question)?;
-    let named: Vec<&Named> = reduction.named.iter().map(|(named, _)| named).collect();
+    let named: Vec<&NamedEffect> = reduction.named.iter().map(|(named, _)| named).collect();
     let after = with_effects(model, named.iter().copied());
     let found: Vec<String> = named.iter().map(|n| n.effect.id.clone()).collect();
     // Beside named effects, refused ones are errors of form, which notes mention. If nothing is named, what they would explain
@@ -108,8 +108,8 @@ struct DiagnosisInputs<'a> {
     stages: &'a Stages,
     /// The model, if a late effect is named that was found by its error on unseen data.
     late: Option<&'a Model>,
-    named: Vec<&'a Named>,
-    left: &'a [Left],
+    named: Vec<&'a NamedEffect>,
+    left: &'a [RemainingStructure],
     judged: &'a Judged,
     rest: Unaccounted,
     predictions: &'a Logs<Prediction>,
@@ -224,11 +224,11 @@ fn of_all_logs(stages: &Stages, reduction: &ErrorReduction) -> Option<String> {
 
 /// Probability of each named effect: of two that the logs do not tell apart none is certain.
 fn probabilities(
-    named: &[&Named],
+    named: &[&NamedEffect],
     rivals: &[&RunnerUp],
     leaves_structure: bool,
 ) -> BTreeMap<String, f64> {
-    let of = |named: &&Named| {
+    let of = |named: &&NamedEffect| {
         // A rival that fits better, but in whose place a simpler effect was taken, counts as equally likely.
         let own = named.support.against.max(0.0);
         let of_it = rivals.iter().find(|rival| rival.of == named.effect.id);

@@ -8,7 +8,7 @@ use crate::diagnose::evidence::{self, NEARLY_AS_GOOD, TOLD_APART};
 use crate::diagnose::finding::{Ranked, StrongestEvidence};
 use crate::diagnose::stages::Stages;
 use crate::diagnose::stages::clock_rivals::ClockRival;
-use crate::diagnose::wrench::Tested;
+use crate::diagnose::wrench::TestedHypothesis;
 use crate::diagnose::wrench::finding::WrenchFinding;
 use softdock_physics::effects::body::clock_jitter;
 use softdock_physics::model::Channel;
@@ -119,8 +119,8 @@ fn of_wrench(stage: &WrenchFinding, fitted: usize) -> impl Iterator<Item = (f64,
     let accepted = stage.found.accepted.as_ref();
     let answer = accepted.and_then(|accepted| ranked.iter().find(|t| t.is_same(accepted)));
     let answer = answer.filter(|_| stage.left().is_structured());
-    let error = |tested: &Tested| stage.prepared.error_on_unseen(tested);
-    let of = move |tested: &Tested| {
+    let error = |tested: &TestedHypothesis| stage.prepared.error_on_unseen(tested);
+    let of = move |tested: &TestedHypothesis| {
         // Searches measure χ² by noise models of their own. Hypotheses that were tried beside the same effects are rescaled to
         // that of the answer.
         let tested = &match answer.filter(|answer| answer.beside == tested.beside) {
@@ -148,11 +148,11 @@ fn of_wrench(stage: &WrenchFinding, fitted: usize) -> impl Iterator<Item = (f64,
 /// explains nearly as much. Where structure is left, errors of form decide between two such hypotheses and not the noise. `None`
 /// otherwise.
 pub(crate) fn foretells_alike(
-    answer: &Tested,
-    tested: &Tested,
-    error: &dyn Fn(&Tested) -> f64,
+    answer: &TestedHypothesis,
+    tested: &TestedHypothesis,
+    error: &dyn Fn(&TestedHypothesis) -> f64,
 ) -> Option<String> {
-    let [named, ids] = [answer, tested].map(Tested::effects_in_order);
+    let [named, ids] = [answer, tested].map(TestedHypothesis::effects_in_order);
     let missing: Vec<&&str> = named.iter().filter(|id| !ids.contains(id)).collect();
     let [of] = missing[..] else {
         return None;
@@ -177,12 +177,13 @@ pub(crate) fn strongest(stages: &Stages) -> StrongestEvidence {
 }
 
 /// The largest evidence of a hypothesis over the best of its subsets alone, as the decision counts it.
-fn strongest_of(ranked: &[Tested]) -> Option<f64> {
+fn strongest_of(ranked: &[TestedHypothesis]) -> Option<f64> {
     let possible = || ranked.iter().filter(|t| t.wrong.is_empty());
-    let of_last = |pair: &Tested| {
+    let of_last = |pair: &TestedHypothesis| {
         let ids = pair.ids();
-        let fewer =
-            |t: &&Tested| t.effects.len() < ids.len() && t.ids().iter().all(|id| ids.contains(id));
+        let fewer = |t: &&TestedHypothesis| {
+            t.effects.len() < ids.len() && t.ids().iter().all(|id| ids.contains(id))
+        };
         let alone = possible().filter(fewer).map(|t| t.evidence);
         pair.evidence - alone.fold(0.0, f64::max)
     };

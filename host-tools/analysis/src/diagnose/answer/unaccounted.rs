@@ -6,7 +6,7 @@ use crate::diagnose::finding::{Remainder, Verdict};
 use crate::diagnose::noise::structure::Structure;
 use crate::diagnose::stages::Stages;
 use crate::diagnose::wrench::finding::WrenchFinding;
-use crate::diagnose::wrench::left::Left;
+use crate::diagnose::wrench::left::RemainingStructure;
 use crate::diagnose::wrench::{self, OtherSign, Ripple};
 use softdock_physics::model::Channel;
 
@@ -24,9 +24,9 @@ pub(crate) struct Unaccounted {
 }
 
 impl Unaccounted {
-    pub(crate) fn new(stages: &Stages, left: &[Left], judged: &Judged) -> Self {
+    pub(crate) fn new(stages: &Stages, left: &[RemainingStructure], judged: &Judged) -> Self {
         // A general curve is of interest only if structure is left beside it.
-        let curves = match !judged.asked && left.iter().any(Left::is_structured) {
+        let curves = match !judged.asked && left.iter().any(RemainingStructure::is_structured) {
             true => ranking::general_curves(stages),
             false => Vec::new(),
         };
@@ -56,7 +56,7 @@ impl Unaccounted {
 }
 
 /// What is left with structure of the channel that has most of it, and whether that is the wrench.
-fn remainder(stages: &Stages, left: &[Left]) -> (Remainder, bool) {
+fn remainder(stages: &Stages, left: &[RemainingStructure]) -> (Remainder, bool) {
     let structured = left.iter().filter(|left| left.is_structured());
     let most = structured.max_by(|a, b| a.share.total_cmp(&b.share));
     let Some(most) = most else {

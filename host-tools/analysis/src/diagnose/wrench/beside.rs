@@ -8,7 +8,7 @@
 
 use super::finding::{Imitated, WrenchFinding};
 use super::remainder;
-use super::{Joint, Smooth, Tested, smooth, standings, worths};
+use super::{Joint, Smooth, TestedHypothesis, smooth, standings, worths};
 use crate::diagnose::catalogue::simplest;
 use crate::diagnose::evidence::{NAMED, RISES};
 use crate::diagnose::question::Question;
@@ -57,7 +57,7 @@ impl Asking<'_> {
 }
 
 /// What a search beside a smooth remainder finds.
-pub(crate) struct Anew {
+pub(crate) struct RepeatedSearch {
     pub finding: WrenchFinding,
     /// The logs as prepared with no effect accepted: the common baseline on which answers are compared.
     pub nothing: Joint,
@@ -67,7 +67,7 @@ pub(crate) struct Anew {
 
 /// Repeats the search beside a smooth remainder: first that of `first`, then that of each new answer, until an answer repeats or
 /// [`ROUNDS`] is reached. `None` if no structure is left, or a search finds nothing to work on.
-pub(crate) fn anew(first: &WrenchFinding, asking: &mut Asking<'_>) -> Option<Anew> {
+pub(crate) fn anew(first: &WrenchFinding, asking: &mut Asking<'_>) -> Option<RepeatedSearch> {
     let axes = first.structured_axes();
     if axes.is_empty() {
         return None;
@@ -91,7 +91,7 @@ pub(crate) fn anew(first: &WrenchFinding, asking: &mut Asking<'_>) -> Option<Ane
         seen.push(next.effects_in_order());
         now = next;
     }
-    Some(Anew {
+    Some(RepeatedSearch {
         finding: finding?,
         nothing,
         axes,
@@ -258,7 +258,7 @@ fn second_chance(
     foretelling: &mut BTreeMap<String, f64>,
     imitated: &mut Vec<Imitated>,
     asking: &mut Asking<'_>,
-) -> Vec<Tested> {
+) -> Vec<TestedHypothesis> {
     let mut unrefuted = Vec::new();
     for Imitated { id, evidence, .. } in imitated.clone() {
         let mut ids = finding.ids();

@@ -3,7 +3,7 @@
 use super::finding::WrenchFinding;
 use super::sampling::Sampling;
 use super::search;
-use super::{Ask, Found, Joint, Memo, PreparedLog, exchanged, scene};
+use super::{Ask, Joint, Memo, PreparedLog, SearchResult, exchanged, scene};
 use crate::diagnose::actuator::{self, ActuatorFinding, Cost, Term};
 use crate::diagnose::catalogue::is_general_curve;
 use crate::diagnose::evidence::NAMED;
@@ -115,9 +115,9 @@ pub(crate) fn wrench_stage(
         watch: question.watch,
     };
     let mut found = match question.in_place_of {
-        Some(answer) => Found {
+        Some(answer) => SearchResult {
             ranked: exchanged(&prepared, answer, &ask),
-            ..Found::default()
+            ..SearchResult::default()
         },
         None => search(&mut prepared, &ask),
     };

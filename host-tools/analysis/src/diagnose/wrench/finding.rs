@@ -1,9 +1,10 @@
 //! The result of the search on the reading, over all rounds, and the questions that can be asked of it.
 
-use super::left::{self, Left};
+use super::left::{self, RemainingStructure};
 use super::remainder;
 use super::{
-    Fitted, Found, Joint, NominalEstimate, PreparedLog, Remainder, Smooth, Standing, Tested, smooth,
+    Fitted, Joint, NominalEstimate, PreparedLog, Remainder, SearchResult, Smooth, Standing,
+    TestedHypothesis, smooth,
 };
 use crate::diagnose::catalogue::{is_general_curve, simplest};
 use crate::diagnose::evidence::{FORETELLS, Support, UNLIKELY};
@@ -16,7 +17,7 @@ use std::sync::Arc;
 /// The unmodelled wrench.
 pub(crate) struct WrenchFinding {
     /// Result of the last search.
-    pub found: Found,
+    pub found: SearchResult,
     /// All logs, ready for further questions.
     pub prepared: Joint,
     /// Effects that earlier rounds accepted, and the support of each.
@@ -51,31 +52,31 @@ impl WrenchFinding {
     /// Ids of all effects, the earlier ones first.
     pub(crate) fn ids(&self) -> Vec<String> {
         let earlier = self.earlier.0.iter().map(|e| e.id.to_owned());
-        let accepted = self.found.accepted.iter().flat_map(Tested::ids);
+        let accepted = self.found.accepted.iter().flat_map(TestedHypothesis::ids);
         earlier.chain(accepted).collect()
     }
 
     /// One hypothesis of all effects, of this and of earlier rounds.
-    pub(crate) fn whole_hypothesis(&self) -> Tested {
+    pub(crate) fn whole_hypothesis(&self) -> TestedHypothesis {
         let accepted = self.found.accepted.iter().flat_map(|t| &t.effects);
         let effects: Vec<Fitted> = self.earlier.0.iter().chain(accepted).cloned().collect();
         let parameters = effects.iter().flat_map(|e| e.parameters.values());
-        Tested {
+        TestedHypothesis {
             parameters: parameters.filter(|p| p.sigma > 0.0).count(),
             effects,
-            ..Tested::default()
+            ..TestedHypothesis::default()
         }
     }
 
     /// The likeliest hypothesis that was tried and has an effect of which `is_it` is true.
-    pub(crate) fn likeliest_with(&self, is_it: impl Fn(&str) -> bool) -> Option<&Tested> {
-        let has_it = |tested: &&Tested| tested.effects.iter().any(|one| is_it(one.id));
+    pub(crate) fn likeliest_with(&self, is_it: impl Fn(&str) -> bool) -> Option<&TestedHypothesis> {
+        let has_it = |tested: &&TestedHypothesis| tested.effects.iter().any(|one| is_it(one.id));
         let with_it = self.found.ranked.iter().filter(has_it);
         with_it.max_by(|a, b| a.evidence.total_cmp(&b.evidence))
     }
 
     /// What the accepted effects leave.
-    pub(crate) fn left(&self) -> Left {
+    pub(crate) fn left(&self) -> RemainingStructure {
         left::of_wrench(&self.prepared, self.found.accepted.as_ref(), &[])
     }
 
@@ -101,7 +102,11 @@ impl WrenchFinding {
 
     /// The answer of a search that may use general curves, if it has such a curve and its score is better by [`Self::form`]. With
     /// `in_place_of_late` it is enough that it is not worse by as much.
-    pub(crate) fn better_curve(&self, other: &Self, in_place_of_late: bool) -> Option<Tested> {
+    pub(crate) fn better_curve(
+        &self,
+        other: &Self,
+        in_place_of_late: bool,
+    ) -> Option<TestedHypothesis> {
         let form = if in_place_of_late {
             -self.form()
         } else {
@@ -129,7 +134,7 @@ impl WrenchFinding {
         if axes.is_empty() {
             return self.prepared.nominal(&self.earlier.0, accepted);
         }
-        let nothing = Tested::default();
+        let nothing = TestedHypothesis::default();
         let smooth = smooth(&self.prepared, accepted.unwrap_or(&nothing), &axes);
         self.prepared.add_remainder(&smooth);
         let nominal = self.prepared.nominal(&self.earlier.0, accepted);
@@ -161,7 +166,7 @@ impl WrenchFinding {
             let own = own.reduce(f64::max).unwrap_or(accepted.evidence);
             let support = ids.iter().zip(&mut self.found.support);
             for (id, support) in support {
-                let others = |t: &&Tested| {
+                let others = |t: &&TestedHypothesis| {
                     let kept = t.ids().iter().filter(|other| ids.contains(other)).count();
                     let lacks_it = t.effects.iter().all(|effect| effect.id != id);
                     let one_exchanged = t.effects.len() == ids.len() && kept + 1 == ids.len();
@@ -211,7 +216,7 @@ impl WrenchFinding {
     }
 
     /// Widens the intervals of the accepted effects so that they include the values of another answer.
-    pub(crate) fn hold(&mut self, other: &Tested) {
+    pub(crate) fn hold(&mut self, other: &TestedHypothesis) {
         let accepted = self.found.accepted.iter_mut().flat_map(|t| &mut t.effects);
         for effect in accepted.chain(&mut self.earlier.0) {
             let same = other.effects.iter().find(|other| other.id == effect.id);
@@ -300,7 +305,7 @@ impl WrenchFinding {
     pub(crate) fn record_remainder_of_model(&mut self) {
         let axes = self.structured_axes();
         if !axes.is_empty() {
-            let nothing = Tested::default();
+            let nothing = TestedHypothesis::default();
             let remainder = remainder(&self.prepared, &[], &nothing, &axes);
             self.record_standings(&[], remainder, &BTreeMap::new());
         }

@@ -3,7 +3,7 @@
 
 use super::beside::{self, Asking};
 use super::finding::WrenchFinding;
-use super::regression::tested::Tested;
+use super::regression::tested::TestedHypothesis;
 use crate::diagnose::catalogue::is_general_curve;
 use crate::diagnose::evidence::FORETELLS;
 use crate::diagnose::named::model_of;
@@ -205,7 +205,7 @@ fn beside_earlier(asking: &mut Asking<'_>) -> Option<(WrenchFinding, bool)> {
         }
         let effects = accepted.effects.iter().map(model_of);
         known.effects.extend(effects);
-        let worth = |more: &Tested| more.gain > finding.prepared.threshold(accepted.gain);
+        let worth = |more: &TestedHypothesis| more.gain > finding.prepared.threshold(accepted.gain);
         let found = |next: &WrenchFinding| next.found.accepted.as_ref().is_some_and(worth);
         let Some(mut next) = (asking.search)(&known, question).filter(found) else {
             break;

@@ -131,10 +131,10 @@ impl LoadEffect {
 }
 
 /// An effect with its parameters, in the order of the catalogue.
-pub type Valued<'a> = (&'a LoadEffect, Vec<f64>);
+pub type ValuedEffect<'a> = (&'a LoadEffect, Vec<f64>);
 
 /// Change of the reading by effects together, in addition to those of the model.
-pub fn contribution(scene: &Scene, effects: &[Valued<'_>]) -> Column {
+pub fn contribution(scene: &Scene, effects: &[ValuedEffect<'_>]) -> Column {
     Loaded::by(scene, effects).read()
 }
 
@@ -142,12 +142,12 @@ pub fn contribution(scene: &Scene, effects: &[Valued<'_>]) -> Column {
 pub struct Loaded<'a> {
     scene: &'a Scene,
     load: Column,
-    whole: Vec<Valued<'a>>,
+    whole: Vec<ValuedEffect<'a>>,
 }
 
 impl<'a> Loaded<'a> {
     /// The load and the whole-reading effects among these effects.
-    pub fn by(scene: &'a Scene, effects: &[Valued<'a>]) -> Self {
+    pub fn by(scene: &'a Scene, effects: &[ValuedEffect<'a>]) -> Self {
         let mut load = Column::default();
         for (law, p) in effects.iter().filter(|(law, _)| !law.acts_on_reading()) {
             load.add(&law.change_if_any(scene, &scene.reading, p).0);
@@ -172,7 +172,7 @@ impl<'a> Loaded<'a> {
     }
 
     /// Additional change of the reading by a further effect that acts on the whole reading.
-    pub fn added(&self, effect: Valued<'a>) -> Column {
+    pub fn added(&self, effect: ValuedEffect<'a>) -> Column {
         let with = [&self.whole[..], &[effect]].concat();
         as_read(self.scene, self.load.clone(), &with).minus(&self.read())
     }
@@ -180,7 +180,7 @@ impl<'a> Loaded<'a> {
 
 /// Change of the reading by a further load. Effects that act on the whole reading (a delay, a gain) act on the total load of the
 /// sensor: first those of the model, then `whole`.
-fn as_read(scene: &Scene, load: Column, whole: &[Valued<'_>]) -> Column {
+fn as_read(scene: &Scene, load: Column, whole: &[ValuedEffect<'_>]) -> Column {
     let known = effects_on_reading(&scene.model, &scene.model.effects);
     if whole.is_empty() && known.iter().all(|(law, _)| !law.acts_on_load()) {
         return scene.on_measured_axes(load);
@@ -195,7 +195,7 @@ fn as_read(scene: &Scene, load: Column, whole: &[Valued<'_>]) -> Column {
 }
 
 /// Effects of a model file that act on the whole reading.
-fn effects_on_reading(model: &Model, effects: &[EffectModel]) -> Vec<Valued<'static>> {
+fn effects_on_reading(model: &Model, effects: &[EffectModel]) -> Vec<ValuedEffect<'static>> {
     let laws = effects.iter().filter_map(|effect| {
         let law = LoadEffect::find(model, &effect.id)?;
         Some((law, law.values_or_defaults(&effect.parameters)))

@@ -58,14 +58,14 @@ impl RobotAxes {
 
 /// Map between the rates of the angles about x, y and z and an angular velocity in axes of M.
 #[derive(Clone, Copy, Debug)]
-pub struct Turned {
+pub struct AngleRateMap {
     sin_b: f64,
     cos_b: f64,
     sin_c: f64,
     cos_c: f64,
 }
 
-impl Turned {
+impl AngleRateMap {
     /// Half-way between two telegrams; `None` if one of them has no pose.
     pub fn between(last: &CycleRecord, cycle: &CycleRecord) -> Option<Self> {
         let (from, to) = (last.inputs.robot.pose?, cycle.inputs.robot.pose?);
@@ -122,7 +122,7 @@ mod tests {
     fn rates_and_velocity_belong_together() {
         let (from, to) = ([PI - 0.001, -0.5, 0.6], [PI + 0.002 - TAU, -0.502, 0.604]);
         let rates = [0.1, 0.2, 0.3, 0.004, -0.002, 0.003];
-        let turned = Turned::between(&at(from), &at(to)).unwrap();
+        let turned = AngleRateMap::between(&at(from), &at(to)).unwrap();
         let velocity = turned.velocity(&rates);
         let [from, to] = [from, to].map(|abc| orientation_from_abc::<f64>(&abc));
         let exact = (from.inverse() * to).scaled_axis();

@@ -4,7 +4,7 @@ use super::differences::{
     acceleration_of_means, acceleration_of_samples, noise_of, taps_of_first, taps_of_second,
     velocity_of_means,
 };
-use super::robot_axes::{RobotAxes, Turned};
+use super::robot_axes::{AngleRateMap, RobotAxes};
 use crate::model::Model;
 use crate::model::load::{
     Followed, angle_about, angles, pose_of, turn_between, turned_since_first,
@@ -270,9 +270,9 @@ impl<'a> Signals<'a> {
 
     /// Map from the rates of the robot's axes to a velocity in the cycle that ended with cycle n; `None` where the rates are the
     /// velocity.
-    pub fn turned(&self, n: usize) -> Option<Turned> {
+    pub fn turned(&self, n: usize) -> Option<AngleRateMap> {
         self.axes.as_ref()?;
-        Turned::between(self.cycles.get(n.checked_sub(1)?)?, self.cycles.get(n)?)
+        AngleRateMap::between(self.cycles.get(n.checked_sub(1)?)?, self.cycles.get(n)?)
     }
 
     /// Whether cycle n has an acceleration of its own. At either end of a stretch of poses without commands it is that of the

@@ -7,7 +7,7 @@ use super::memo::Key;
 use super::problem::{Problem, Solution};
 use super::refined::Refined;
 use super::shaped::{Care, Shaped};
-use super::tested::Tested;
+use super::tested::TestedHypothesis;
 use super::variants::Library;
 use crate::diagnose::evidence::Foretold;
 use softdock_physics::effects::Difference;
@@ -19,7 +19,11 @@ use softdock_statistics::DEVIATIONS_95;
 use std::collections::BTreeMap;
 
 /// Fits a hypothesis to all logs, with the effort of a screening.
-pub(crate) fn tested(library: &Library, hypothesis: &Hypothesis, joint: &Joint) -> Tested {
+pub(crate) fn tested(
+    library: &Library,
+    hypothesis: &Hypothesis,
+    joint: &Joint,
+) -> TestedHypothesis {
     let mut tested = fitted_to(&joint.problem, library, hypothesis, joint, Care::Screening);
     tested.beyond_rounding = joint.gain_beyond_rounding(&tested);
     tested
@@ -32,7 +36,7 @@ pub(crate) fn fitted_to(
     hypothesis: &Hypothesis,
     joint: &Joint,
     care: Care,
-) -> Tested {
+) -> TestedHypothesis {
     let key = key([problem, &joint.problem], library, hypothesis, care);
     let fit = || fit(problem, library, hypothesis, joint, care);
     joint.memo.fit(key, fit)
@@ -44,7 +48,7 @@ fn fit(
     hypothesis: &Hypothesis,
     joint: &Joint,
     care: Care,
-) -> Tested {
+) -> TestedHypothesis {
     let mut shaped = Shaped::new(joint, problem, library, &hypothesis.parts);
     let mut refined = Refined::of(hypothesis, &mut shaped, library, joint, care);
     let (solution, white) = solved(hypothesis, &mut shaped, library, &refined, care);
@@ -54,7 +58,7 @@ fn fit(
     let (effects, wrong) = effects_of(hypothesis, &solution, library, refined, joint);
     let first = joint.logs.iter().take(1);
     let known = first.flat_map(|log| &log.scene.model.effects);
-    Tested {
+    TestedHypothesis {
         effects,
         beside: known.map(|e| e.id.clone()).collect(),
         to_explain: problem.chi2,

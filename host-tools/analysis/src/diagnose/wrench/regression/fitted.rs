@@ -4,7 +4,7 @@ use crate::diagnose::evidence::Foretold;
 use softdock_physics::model::Model;
 use softdock_physics::model::load::Scene;
 use softdock_physics::model::load::effects::LoadEffect;
-use softdock_physics::model::load::loaded::Valued;
+use softdock_physics::model::load::loaded::ValuedEffect;
 use softdock_statistics::DEVIATIONS_95;
 use std::collections::BTreeMap;
 
@@ -36,7 +36,7 @@ pub(crate) struct Fitted {
 
 impl Fitted {
     /// The effect of the catalogue with its values; `None` if the model of the scene has no such effect.
-    pub(crate) fn valued(&self, scene: &Scene) -> Option<Valued<'static>> {
+    pub(crate) fn valued(&self, scene: &Scene) -> Option<ValuedEffect<'static>> {
         let effect = LoadEffect::find(&scene.model, self.id)?;
         let values = self.parameters.iter();
         let values = values.map(|(name, parameter)| ((*name).to_owned(), parameter.value));

@@ -6,7 +6,7 @@ use super::memo::Memo;
 use super::nuisance;
 use super::prepared_log::PreparedLog;
 use super::problem::{Problem, Segment, subtract};
-use super::tested::{SAME_NOISE, Tested};
+use super::tested::{SAME_NOISE, TestedHypothesis};
 use crate::diagnose::evidence::{self, strained};
 use nalgebra::DVector;
 use softdock_physics::model::load::effects::{LoadEffect, Pace, Sign};
@@ -211,11 +211,11 @@ impl Joint {
     }
 
     /// A hypothesis with its gain and evidence in this regression, its parameters unchanged.
-    pub(crate) fn valued(&self, tested: Tested) -> Tested {
+    pub(crate) fn valued(&self, tested: TestedHypothesis) -> TestedHypothesis {
         let white = self.white_part(Some(&tested));
         let gains = self.problem.gains(&white);
         let gain = self.problem.gain_of(&white);
-        Tested {
+        TestedHypothesis {
             evidence: tested.evidence - tested.gain + gain,
             to_explain: self.problem.chi2,
             gain,
@@ -280,7 +280,7 @@ impl Joint {
 
     /// Holds nominal parameters at their values that would have to move too far beside a hypothesis. Returns whether there are
     /// any.
-    pub(crate) fn hold_strained(&mut self, tested: Option<&Tested>) -> bool {
+    pub(crate) fn hold_strained(&mut self, tested: Option<&TestedHypothesis>) -> bool {
         let taken = self.problem.tolerances_with(&self.white_part(tested));
         let open: Vec<usize> = self.open_tolerances().collect();
         let strained = strained(taken.as_slice(), self.problem.informed());
@@ -309,7 +309,7 @@ impl Joint {
     pub(crate) fn nominal(
         &self,
         earlier: &[Fitted],
-        tested: Option<&Tested>,
+        tested: Option<&TestedHypothesis>,
     ) -> Vec<NominalEstimate> {
         /// By this share the logs have to reduce the standard deviation of a parameter to say something of it.
         const SAYS: f64 = 0.05;
@@ -317,7 +317,7 @@ impl Joint {
             return Vec::new();
         };
         let model = &first.scene.model;
-        let nothing = Tested::default();
+        let nothing = TestedHypothesis::default();
         let accepted = tested.unwrap_or(&nothing);
         let effects = earlier.iter().chain(&accepted.effects);
         let terms = effects.flat_map(|one| one.terms(model));
@@ -342,7 +342,7 @@ impl Joint {
     }
 
     /// What a hypothesis contributes to the reading of each log.
-    pub(crate) fn parts(&self, tested: Option<&Tested>) -> Vec<Column> {
+    pub(crate) fn parts(&self, tested: Option<&TestedHypothesis>) -> Vec<Column> {
         let of = |log: &PreparedLog| tested.map(|t| t.contribution(&log.scene));
         self.logs
             .iter()
@@ -352,12 +352,12 @@ impl Joint {
 
     /// Rms error of a hypothesis on the logs that no fit has seen (on all logs if there are none), in units of the data sheet's
     /// noise.
-    pub(crate) fn error_on_unseen(&self, tested: &Tested) -> f64 {
+    pub(crate) fn error_on_unseen(&self, tested: &TestedHypothesis) -> f64 {
         self.errors(tested)[1]
     }
 
     /// The same error on the logs of the fit, and on those that no fit has seen.
-    pub(crate) fn errors(&self, tested: &Tested) -> [f64; 2] {
+    pub(crate) fn errors(&self, tested: &TestedHypothesis) -> [f64; 2] {
         let first = if self.fitted < self.logs.len() {
             self.fitted
         } else {
@@ -413,21 +413,21 @@ impl Joint {
         (evidence::LAW * own > there).then(|| format!("{} of {times} times the reading", effect.id))
     }
 
-    fn white_part(&self, tested: Option<&Tested>) -> Column {
+    fn white_part(&self, tested: Option<&TestedHypothesis>) -> Column {
         let parts = self.parts(tested);
         self.problem.whitened(&parts.iter().collect::<Vec<_>>())
     }
 
     /// Sum of squares of what a hypothesis leaves of all readings, nominal parameters at their values. To be used where one axis
     /// is recorded, as forces and torques have different units.
-    pub(crate) fn squares_left(&self, tested: &Tested) -> f64 {
+    pub(crate) fn squares_left(&self, tested: &TestedHypothesis) -> f64 {
         let rests = self.rests(Some(tested), &[]);
         let all = rests.iter().flat_map(|rest| &rest.exact.0).flatten();
         all.map(|left| left * left).sum()
     }
 
     /// What one effect of a hypothesis contributes to all logs, whitened.
-    pub(crate) fn white_part_of(&self, tested: &Tested, one: &Fitted) -> Column {
+    pub(crate) fn white_part_of(&self, tested: &TestedHypothesis, one: &Fitted) -> Column {
         let logs = self.logs.iter();
         let parts: Vec<Column> = logs.map(|log| tested.part(&log.scene, one)).collect();
         self.problem.whitened(&parts.iter().collect::<Vec<_>>())
@@ -435,7 +435,7 @@ impl Joint {
 
     /// What a hypothesis and a smooth remainder leave of each log: whitened, and of the readings with the nominal parameters
     /// fitted and without.
-    pub(crate) fn rests(&self, tested: Option<&Tested>, smooth: &[Column]) -> Vec<Rest> {
+    pub(crate) fn rests(&self, tested: Option<&TestedHypothesis>, smooth: &[Column]) -> Vec<Rest> {
         let mut parts = self.parts(tested);
         for (part, smooth) in parts.iter_mut().zip(smooth) {
             part.add(&smooth.0);
@@ -499,7 +499,7 @@ impl Joint {
 
     /// By how much an effect reduces the squared distance of predictions from the intervals of rounded readings, see
     /// [`PreparedLog::gain_beyond_rounding`]; infinite without rounding.
-    pub(crate) fn gain_beyond_rounding(&self, tested: &Tested) -> f64 {
+    pub(crate) fn gain_beyond_rounding(&self, tested: &TestedHypothesis) -> f64 {
         if !self.is_rounded() {
             return f64::INFINITY;
         }
@@ -513,7 +513,7 @@ impl Joint {
     /// For each effect: the largest gain in χ² if one log gets an amount of its own, and the gain of the common amount beside the
     /// other effects. The latter is scaled as if that log and all others weighed the same, as an own amount of a log with little
     /// weight gains little.
-    pub(crate) fn contrasts(&self, tested: &Tested) -> Vec<[f64; 2]> {
+    pub(crate) fn contrasts(&self, tested: &TestedHypothesis) -> Vec<[f64; 2]> {
         let effects = tested.effects.iter();
         let parts: Vec<Column> = effects.map(|one| self.white_part_of(tested, one)).collect();
         let gain = |columns: &[&Column]| -> f64 {

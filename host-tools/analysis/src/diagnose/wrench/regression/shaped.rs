@@ -9,7 +9,7 @@ use super::variants::Library;
 use nalgebra::{DMatrix, DVector};
 use softdock_physics::model::load::Column;
 use softdock_physics::model::load::effects::{LoadEffect, Shape, Sign};
-use softdock_physics::model::load::loaded::{Loaded, Valued};
+use softdock_physics::model::load::loaded::{Loaded, ValuedEffect};
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -349,7 +349,11 @@ impl<'a> Shaped<'a> {
     }
 
     /// The effects with their values; `None` if there are fewer coefficients than columns.
-    fn valued(&self, coefficients: &[f64], shapes: &[Vec<f64>]) -> Option<Vec<Valued<'static>>> {
+    fn valued(
+        &self,
+        coefficients: &[f64],
+        shapes: &[Vec<f64>],
+    ) -> Option<Vec<ValuedEffect<'static>>> {
         let mut rest = coefficients.iter();
         let valued = |(part, shapes): (&Part, &Vec<f64>)| {
             let effect = self.effect(part);

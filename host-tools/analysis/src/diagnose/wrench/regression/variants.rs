@@ -2,7 +2,7 @@
 
 use super::joint::Joint;
 use super::prepared_log::PreparedLog;
-use super::tested::Tested;
+use super::tested::TestedHypothesis;
 use nalgebra::{DMatrix, DVector};
 use softdock_physics::effects::mechanism::ABOUT_START;
 use softdock_physics::model::load::effects::{LoadEffect, Pace, Shape, Sign};
@@ -96,7 +96,12 @@ impl Library {
     /// The same library around an answer: late effects also move the loads of the answer, and if the tried shapes are too far
     /// `apart`, the answer's effects are added at their own shapes. Without the latter, a delay that is off by half a step of its
     /// grid would leave a difference that any other effect could seem to explain. `None` if neither changes the library.
-    pub(crate) fn around(mut self, joint: &Joint, found: &Tested, apart: bool) -> Option<Self> {
+    pub(crate) fn around(
+        mut self,
+        joint: &Joint,
+        found: &TestedHypothesis,
+        apart: bool,
+    ) -> Option<Self> {
         let scenes = joint.logs.iter().map(|log| &log.scene);
         let loads: Vec<Loaded<'_>> = scenes
             .map(|scene| Loaded::by(scene, &found.loads(scene)))
@@ -156,7 +161,7 @@ impl Library {
     }
 
     /// Adds the effects of an answer at their own shapes.
-    fn refine(&mut self, joint: &Joint, found: &Tested, of_logs: &[Loaded<'_>]) {
+    fn refine(&mut self, joint: &Joint, found: &TestedHypothesis, of_logs: &[Loaded<'_>]) {
         for fitted in &found.effects {
             let alike = self.variants.iter().find(|v| v.effect.id == fitted.id);
             let Some((effect, signs)) = alike.map(|v| (v.effect, v.signs.clone())) else {

@@ -8,16 +8,16 @@ use crate::diagnose::wrench::regression::fit::fitted_to;
 use crate::diagnose::wrench::regression::gram::dot;
 use crate::diagnose::wrench::regression::hypothesis::{Hypothesis, Part, evaluate};
 use crate::diagnose::wrench::regression::shaped::Care;
-use crate::diagnose::wrench::regression::tested::Tested;
+use crate::diagnose::wrench::regression::tested::TestedHypothesis;
 use rayon::prelude::*;
 use softdock_physics::model::load::Column;
 use softdock_physics::model::load::effects::Sign;
 use std::collections::{BTreeMap, BTreeSet};
 
 impl Disagreement {
-    pub(super) fn new(id: &'static str, each: &[Tested]) -> Self {
+    pub(super) fn new(id: &'static str, each: &[TestedHypothesis]) -> Self {
         // A log of which the fit explains nothing has no amount; the fit hands on the common one.
-        let of_log = |own: &Tested| {
+        let of_log = |own: &TestedHypothesis| {
             let mut effects = own.effects.iter().filter(|_| own.gain > 0.0);
             let effect = effects.find(|effect| effect.id == id);
             effect.map_or_else(BTreeMap::new, |effect| effect.parameters.clone())
@@ -90,7 +90,7 @@ impl SearchState<'_> {
     /// Effects about which the logs disagree: amounts of each log's own explain more than common ones. What is left in all logs
     /// even with own amounts is no difference between logs, and then such effects count only in two cases: the answer leaves most
     /// of one log, or own amounts explain most of what is left.
-    pub(crate) fn disagreeing(&self, accepted: Option<&Tested>) -> Vec<Disagreement> {
+    pub(crate) fn disagreeing(&self, accepted: Option<&TestedHypothesis>) -> Vec<Disagreement> {
         let one = self.of_one_log(accepted);
         let mut all: Vec<Disagreement> = one
             .iter()
@@ -128,7 +128,7 @@ impl SearchState<'_> {
 
     /// Whether an effect, with each log's own amounts, does more to the reading of any log than may be left of it without being called
     /// structure.
-    fn counts(&self, id: &str, each: &[Tested]) -> bool {
+    fn counts(&self, id: &str, each: &[TestedHypothesis]) -> bool {
         let problem = &self.joint.problem;
         let parts = each.iter().zip(&self.joint.logs).map(|(own, log)| {
             let effect = own.effects.iter().find(|effect| effect.id == id);
@@ -144,7 +144,7 @@ impl SearchState<'_> {
     }
 
     /// Effects of which one log shows half as much again as the others, in the sense of [`DIFFERS`], with enough evidence for it.
-    fn differing(&self, accepted: &Tested) -> Vec<&'static str> {
+    fn differing(&self, accepted: &TestedHypothesis) -> Vec<&'static str> {
         let each = self.joint.contrasts(accepted).into_iter();
         let each = each.zip(&accepted.effects);
         let differing = each.filter(|([own, common], _)| {
@@ -158,14 +158,14 @@ impl SearchState<'_> {
         &self,
         own: f64,
         amounts: usize,
-        accepted: &Tested,
+        accepted: &TestedHypothesis,
     ) -> bool {
         let explained = self.joint.explained(accepted.gain);
         evidence::disagree(own, explained, amounts, self.joint.problem.count)
     }
 
     /// Whether a hypothesis leaves more than [`MOST`] of a log, and nothing was known before it.
-    fn leaves_most_of_a_log(&self, accepted: &Tested) -> bool {
+    fn leaves_most_of_a_log(&self, accepted: &TestedHypothesis) -> bool {
         let mut logs = self.joint.problem.chi2_of_logs.iter().zip(&accepted.gains);
         self.joint.known <= 0.0 && logs.any(|(chi2, gain)| chi2 - gain > MOST * chi2)
     }
@@ -173,7 +173,7 @@ impl SearchState<'_> {
     /// Whether there is a log of which common amounts leave most, and of this rest the log's own amounts of the same effects
     /// explain most. The hypothesis is then about the other logs, whatever else all logs show. Nominal parameters are the same in
     /// all logs.
-    fn is_of_other_logs(&self, accepted: &Tested, each: &[Tested]) -> bool {
+    fn is_of_other_logs(&self, accepted: &TestedHypothesis, each: &[TestedHypothesis]) -> bool {
         let problem = &self.joint.problem;
         let own = self.gains(each);
         let amounts = accepted.parameters;
@@ -190,7 +190,7 @@ impl SearchState<'_> {
 
     /// Whether own amounts of each log explain most of the χ² that common amounts leave. A machine always leaves something for
     /// which no amounts are the cause.
-    fn explain_most(&self, accepted: &Tested, each: &[Tested]) -> bool {
+    fn explain_most(&self, accepted: &TestedHypothesis, each: &[TestedHypothesis]) -> bool {
         let chi2: f64 = self.joint.problem.chi2_of_logs.iter().sum();
         let common: f64 = accepted.gains.iter().sum();
         let more = self.gains(each).iter().sum::<f64>() - common;
@@ -198,14 +198,14 @@ impl SearchState<'_> {
     }
 
     /// By how much χ² of each log falls with amounts of its own.
-    fn gains(&self, each: &[Tested]) -> Vec<f64> {
+    fn gains(&self, each: &[TestedHypothesis]) -> Vec<f64> {
         let problem = &self.joint.problem;
         let parts = self.contributions(each);
         problem.gains(&problem.whitened(&parts.iter().collect::<Vec<_>>()))
     }
 
     /// What the own amounts of each log contribute to its reading.
-    fn contributions(&self, each: &[Tested]) -> Vec<Column> {
+    fn contributions(&self, each: &[TestedHypothesis]) -> Vec<Column> {
         let parts = each.iter().zip(&self.joint.logs);
         parts
             .map(|(own, log)| own.contribution(&log.scene))
@@ -220,7 +220,7 @@ impl SearchState<'_> {
     }
 
     /// A hypothesis fitted to each log by itself. One entry per log.
-    pub(super) fn of_each_log(&self, hypothesis: &Hypothesis) -> Vec<Tested> {
+    pub(super) fn of_each_log(&self, hypothesis: &Hypothesis) -> Vec<TestedHypothesis> {
         let of = |log: usize| {
             let problem = self.joint.of_rows(|k, _| k == log);
             fitted_to(
@@ -235,7 +235,7 @@ impl SearchState<'_> {
     }
 
     /// Whether the effects, fitted to each log by itself, leave no structure that all logs show.
-    fn leave_nothing(&self, each: &[Tested]) -> bool {
+    fn leave_nothing(&self, each: &[TestedHypothesis]) -> bool {
         let gain = each.iter().map(|own| own.gain).sum();
         !left::of_wrench_apart(self.joint, &self.contributions(each), gain).any()
     }
@@ -243,7 +243,7 @@ impl SearchState<'_> {
     /// The effect that one log alone shows, if it explains more there than the common answer does in all logs: several effects
     /// together can imitate what changes from log to log. `None` for a single log, or for rounded readings, whose steps look
     /// different in each log.
-    fn of_one_log(&self, accepted: Option<&Tested>) -> Option<Hypothesis> {
+    fn of_one_log(&self, accepted: Option<&TestedHypothesis>) -> Option<Hypothesis> {
         let (problem, logs) = (&self.joint.problem, self.joint.logs.len());
         if logs < 2 || self.joint.is_rounded() {
             return None;
@@ -282,7 +282,7 @@ impl SearchState<'_> {
 }
 
 /// Whether physics allows the amounts of the log that an effect explains most of.
-fn is_physical_where_it_shows_most(each: &[Tested]) -> bool {
+fn is_physical_where_it_shows_most(each: &[TestedHypothesis]) -> bool {
     let most = each.iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
     most.is_some_and(|own| own.wrong.is_empty())
 }

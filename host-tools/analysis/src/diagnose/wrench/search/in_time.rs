@@ -4,7 +4,7 @@ use super::model_selection::{away, other_forms};
 use super::{MOST, SearchState};
 use crate::diagnose::wrench::regression::hypothesis::{Hypothesis, Part, evaluate};
 use crate::diagnose::wrench::regression::shaped::Shaped;
-use crate::diagnose::wrench::regression::tested::Tested;
+use crate::diagnose::wrench::regression::tested::TestedHypothesis;
 use crate::diagnose::wrench::regression::variants::Variant;
 use rayon::prelude::*;
 use softdock_physics::model::load::effects::Shape;
@@ -14,7 +14,10 @@ impl SearchState<'_> {
     /// The best hypothesis that combines a late effect with the sharpest form of an effect that was found. A late reading makes a
     /// reversal look round, and beside the round form it does not look late: neither is found without the other. `None` if the
     /// answer has a late effect already, has no room for one, or leaves little.
-    pub(crate) fn late_beside_sharp_forms(&self, accepted: &Tested) -> Option<Tested> {
+    pub(crate) fn late_beside_sharp_forms(
+        &self,
+        accepted: &TestedHypothesis,
+    ) -> Option<TestedHypothesis> {
         let is_full = accepted.effects.len() >= MOST;
         if is_full || self.is_late(accepted) || !self.joint.has_much_left(accepted.gain) {
             return None;

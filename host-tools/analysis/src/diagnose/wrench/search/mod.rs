@@ -19,7 +19,7 @@ use super::regression::hypothesis::{ALIKE, Hypothesis, Part, evaluate, ids, pair
 use super::regression::joint::Joint;
 use super::regression::problem::Problem;
 use super::regression::shaped::Care;
-use super::regression::tested::Tested;
+use super::regression::tested::TestedHypothesis;
 use super::regression::variants::{Library, Variant};
 use crate::diagnose::evidence::{self, NAMED, Support, threshold};
 use crate::diagnose::watch::Watch;
@@ -46,13 +46,13 @@ const NEGLIGIBLE_GAIN: f64 = 15.0;
 
 /// Result of the search on the reading.
 #[derive(Default)]
-pub(crate) struct Found {
+pub(crate) struct SearchResult {
     /// The accepted hypothesis, if any. Its parameters are those of the logs of the fit.
-    pub accepted: Option<Tested>,
+    pub accepted: Option<TestedHypothesis>,
     /// What speaks for each accepted effect.
     pub support: Vec<Support>,
     /// All hypotheses that were tried, best first.
-    pub ranked: Vec<Tested>,
+    pub ranked: Vec<TestedHypothesis>,
     /// Rivals of the same kind as one of several accepted effects, in its place.
     pub rivals: Vec<Rival>,
     /// Number of steps after which the search was ended although the evidence was still rising.
@@ -97,7 +97,7 @@ pub(crate) struct Ask<'a> {
     pub watch: Watch<'a>,
 }
 
-impl Found {
+impl SearchResult {
     /// The result of a search that was repeated after one in which logs disagreed. If it finds nothing, the disagreement stands,
     /// as nothing accounts for it.
     fn keeping_disagreements(self, disagreeing: Vec<Disagreement>) -> Self {
@@ -122,7 +122,7 @@ struct SearchState<'a> {
     details_stand_alone: bool,
     watch: Watch<'a>,
     /// Hypotheses that were tested, by parts, as several paths lead to the same one.
-    known: Mutex<BTreeMap<Vec<Part>, Tested>>,
+    known: Mutex<BTreeMap<Vec<Part>, TestedHypothesis>>,
     /// Places of variants that foretell the unseen logs worse than nothing in their place does.
     misled: Mutex<BTreeSet<usize>>,
     /// Effects that physics forbids together when their parameters are estimated.
@@ -132,7 +132,7 @@ struct SearchState<'a> {
 /// Searches for effects. If the answer needs nominal parameters too far off, these are held at their values and the search is
 /// repeated. Beside the answer late effects, and effects that too coarse grids of shapes may have hidden, are then asked once
 /// more.
-pub(crate) fn search(joint: &mut Joint, ask: &Ask<'_>) -> Found {
+pub(crate) fn search(joint: &mut Joint, ask: &Ask<'_>) -> SearchResult {
     /// Repetitions, as further parameters may turn out to be too far off when others are held.
     const ROUNDS: usize = 3;
     let mut library = Library::new(joint, ask.excluded);
@@ -155,10 +155,10 @@ pub(crate) fn search(joint: &mut Joint, ask: &Ask<'_>) -> Found {
 fn beside_found(
     joint: &Joint,
     library: Library,
-    accepted: &Tested,
-    found: Found,
+    accepted: &TestedHypothesis,
+    found: SearchResult,
     ask: &Ask<'_>,
-) -> Found {
+) -> SearchResult {
     let price = evidence::price(joint.problem.count);
     let tried = evaluate(&library, parts_of(&library, accepted), price);
     // The tried shapes lose so much against the refined ones that this could hide or feign another effect.
@@ -190,7 +190,11 @@ fn beside_found(
 
 /// A hypothesis, those without one of its effects, and the best with another effect in the place of one, all under one noise
 /// model.
-pub(crate) fn exchanged(joint: &Joint, of: &Tested, ask: &Ask<'_>) -> Vec<Tested> {
+pub(crate) fn exchanged(
+    joint: &Joint,
+    of: &TestedHypothesis,
+    ask: &Ask<'_>,
+) -> Vec<TestedHypothesis> {
     let plain = || Library::new(joint, ask.excluded);
     // Without the loads of the hypothesis a delay in the place of a lag would have nothing to move.
     let around = plain().around(joint, of, true);
@@ -207,7 +211,7 @@ pub(crate) fn exchanged(joint: &Joint, of: &Tested, ask: &Ask<'_>) -> Vec<Tested
 }
 
 /// Searches from the best single effects and pairs.
-fn search_from_best(joint: &Joint, library: &Library, ask: &Ask<'_>) -> Found {
+fn search_from_best(joint: &Joint, library: &Library, ask: &Ask<'_>) -> SearchResult {
     let of_fit = joint.of_fit();
     let state = SearchState::new(joint, library, &of_fit, ask);
     let ranked = state.singles_and_pairs();
@@ -215,9 +219,10 @@ fn search_from_best(joint: &Joint, library: &Library, ask: &Ask<'_>) -> Found {
     // Two starts with the same effects would climb to the same end.
     let mut seen = BTreeSet::new();
     let starts = possible.filter(|t| seen.insert(t.effects_in_order()));
-    let starts: Vec<&Tested> = starts.take(STARTS).collect();
+    let starts: Vec<&TestedHypothesis> = starts.take(STARTS).collect();
     let ends = starts.into_par_iter();
-    let ends: Vec<(Tested, bool)> = ends.map(|start| state.climbed(start.clone())).collect();
+    let ends: Vec<(TestedHypothesis, bool)> =
+        ends.map(|start| state.climbed(start.clone())).collect();
     state.concluded(ends, ranked, ask)
 }
 
@@ -241,7 +246,7 @@ impl<'a> SearchState<'a> {
 
 impl SearchState<'_> {
     /// The end of a climb from an answer, small effects included, and whether the climb came to its end.
-    fn climbed_from(&self, start: &Tested) -> (Tested, bool) {
+    fn climbed_from(&self, start: &TestedHypothesis) -> (TestedHypothesis, bool) {
         let (end, came_to_end) = self.climbed(start.clone());
         (self.with_small(end), came_to_end)
     }
@@ -249,17 +254,17 @@ impl SearchState<'_> {
     /// The result with the end of a further climb in it, if that has more evidence than before.
     fn with_later_end(
         &self,
-        end: (Tested, bool),
-        before: &Tested,
-        found: Found,
+        end: (TestedHypothesis, bool),
+        before: &TestedHypothesis,
+        found: SearchResult,
         ask: &Ask<'_>,
-    ) -> Found {
+    ) -> SearchResult {
         if end.0.evidence <= before.evidence {
             return found;
         }
         let is_later = self.is_late(&end.0) && !self.is_late(before);
         let concluded = self.concluded(vec![end], found.ranked, ask);
-        Found {
+        SearchResult {
             before_late: if is_later { before.ids() } else { Vec::new() },
             ..concluded.keeping_disagreements(found.disagreeing)
         }
@@ -268,10 +273,10 @@ impl SearchState<'_> {
     /// Decides what is accepted of the ends of the climbs, and collects its support, rivals and disagreements.
     fn concluded(
         &self,
-        ends: Vec<(Tested, bool)>,
-        mut ranked: Vec<Tested>,
+        ends: Vec<(TestedHypothesis, bool)>,
+        mut ranked: Vec<TestedHypothesis>,
         ask: &Ask<'_>,
-    ) -> Found {
+    ) -> SearchResult {
         let best = ends.iter().map(|end| end.0.clone());
         let best = best.max_by(|a, b| a.evidence.total_cmp(&b.evidence));
         let settled = best.clone().map(|best| self.settled(best));
@@ -307,7 +312,7 @@ impl SearchState<'_> {
             None if ask.each_log => self.disagreeing(accepted.as_ref()),
             None => Vec::new(),
         };
-        Found {
+        SearchResult {
             accepted: accepted.map(|all| self.of_fit(all)),
             support,
             ranked,
@@ -319,7 +324,7 @@ impl SearchState<'_> {
         }
     }
 
-    fn tested(&self, hypotheses: &[Hypothesis], most: usize) -> Vec<Tested> {
+    fn tested(&self, hypotheses: &[Hypothesis], most: usize) -> Vec<TestedHypothesis> {
         let misled = self.misled().clone();
         let leads = |h: &&Hypothesis| !h.parts.iter().any(|part| misled.contains(&part.variant));
         let hypotheses: Vec<Hypothesis> = hypotheses.iter().filter(leads).cloned().collect();
@@ -330,7 +335,7 @@ impl SearchState<'_> {
     }
 
     /// Effects alone and in pairs, best first.
-    fn singles_and_pairs(&self) -> Vec<Tested> {
+    fn singles_and_pairs(&self) -> Vec<TestedHypothesis> {
         let singles = self.without_stray_details(with_one_more(self.library, &[], self.price));
         let doubles = self.without_stray_details(pairs(self.library, self.price));
         let mut ranked = self.tested(&singles, TRIED);
@@ -340,12 +345,12 @@ impl SearchState<'_> {
     }
 
     /// A hypothesis of another search, tested with this library.
-    fn retested(&self, found: &Tested) -> Tested {
+    fn retested(&self, found: &TestedHypothesis) -> TestedHypothesis {
         let same = evaluate(self.library, self.parts(found), self.price);
         same.map_or_else(|| found.clone(), |same| self.test(&same))
     }
 
-    fn test(&self, hypothesis: &Hypothesis) -> Tested {
+    fn test(&self, hypothesis: &Hypothesis) -> TestedHypothesis {
         let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
         let found = known().get(&hypothesis.parts).cloned();
         found.unwrap_or_else(|| {
@@ -369,7 +374,7 @@ impl SearchState<'_> {
     }
 
     /// Whether physics allows it, and it goes beyond the rounding of the readings.
-    fn is_possible(&self, tested: &Tested) -> bool {
+    fn is_possible(&self, tested: &TestedHypothesis) -> bool {
         let price =
             self.price * tested.parameters as f64 + evidence::prior() * tested.effects.len() as f64;
         let is_allowed = || !self.forbidden().contains(&tested.effects_in_order());
@@ -379,18 +384,18 @@ impl SearchState<'_> {
     }
 
     /// Whether one of its effects moves the reading in time.
-    fn is_late(&self, tested: &Tested) -> bool {
+    fn is_late(&self, tested: &TestedHypothesis) -> bool {
         let mut parts = self.parts(tested).into_iter();
         parts.any(|part| self.library.variants[part.variant].effect.is_late())
     }
 
-    fn parts(&self, tested: &Tested) -> Vec<Part> {
+    fn parts(&self, tested: &TestedHypothesis) -> Vec<Part> {
         parts_of(self.library, tested)
     }
 
     /// Adds one effect at a time as long as the evidence rises; where it does not, exchanges or removes one. The flag says
     /// whether the climb came to its end within [`STEPS`].
-    fn climbed(&self, start: Tested) -> (Tested, bool) {
+    fn climbed(&self, start: TestedHypothesis) -> (TestedHypothesis, bool) {
         let mut now = start;
         for _ in 0..STEPS {
             let more = if now.effects.len() < MOST {
@@ -412,10 +417,14 @@ impl SearchState<'_> {
 
     /// The best of some hypotheses, if it has more evidence than the present one. An added effect also has to exceed errors of
     /// form.
-    fn best_of(&self, now: &Tested, mut all: Vec<Hypothesis>) -> Option<Tested> {
+    fn best_of(
+        &self,
+        now: &TestedHypothesis,
+        mut all: Vec<Hypothesis>,
+    ) -> Option<TestedHypothesis> {
         all.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
         let known = now.effects_in_order();
-        let better = |t: &Tested| {
+        let better = |t: &TestedHypothesis| {
             let mut new = t.effects_in_order().into_iter();
             let new = new.find(|id| !known.contains(id));
             let form = match new.filter(|_| t.effects.len() > now.effects.len()) {
@@ -435,14 +444,14 @@ impl SearchState<'_> {
     }
 
     /// All hypotheses with one effect exchanged for another.
-    fn exchanged(&self, now: &Tested) -> Vec<Hypothesis> {
+    fn exchanged(&self, now: &TestedHypothesis) -> Vec<Hypothesis> {
         let parts = self.parts(now);
         let without = |place| with_one_more(self.library, &without(&parts, place), self.price);
         (0..parts.len()).flat_map(without).collect()
     }
 
     /// All hypotheses with one effect less; none if there is only one.
-    fn fewer(&self, now: &Tested) -> Vec<Hypothesis> {
+    fn fewer(&self, now: &TestedHypothesis) -> Vec<Hypothesis> {
         let parts = self.parts(now);
         if parts.len() < 2 {
             return Vec::new();
@@ -453,7 +462,7 @@ impl SearchState<'_> {
     }
 
     /// Evidence for each effect: that of the whole less that without the effect, the forms of the others chosen again.
-    fn evidence_of_each(&self, now: &Tested) -> Vec<f64> {
+    fn evidence_of_each(&self, now: &TestedHypothesis) -> Vec<f64> {
         let of = |place: usize| match now.effects.len() {
             1 => now.evidence,
             _ => {
@@ -467,16 +476,17 @@ impl SearchState<'_> {
     }
 
     /// Support of each effect: its evidence beside the others, and that against the best tested hypothesis without it.
-    fn support(&self, now: &Tested) -> Vec<Support> {
+    fn support(&self, now: &TestedHypothesis) -> Vec<Support> {
         let beside = self.evidence_of_each(now);
         let known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         let misled = self.misled();
-        let leads =
-            |(parts, _): &(&Vec<Part>, &Tested)| !parts.iter().any(|p| misled.contains(&p.variant));
+        let leads = |(parts, _): &(&Vec<Part>, &TestedHypothesis)| {
+            !parts.iter().any(|p| misled.contains(&p.variant))
+        };
         let possible = known.iter().filter(leads).map(|(_, tested)| tested);
-        let possible: Vec<&Tested> = possible.filter(|t| self.is_possible(t)).collect();
+        let possible: Vec<&TestedHypothesis> = possible.filter(|t| self.is_possible(t)).collect();
         let of = |(beside, own): (f64, &Fitted)| {
-            let lacks_it = |t: &&&Tested| t.effects.iter().all(|e| e.id != own.id);
+            let lacks_it = |t: &&&TestedHypothesis| t.effects.iter().all(|e| e.id != own.id);
             let rivals = possible.iter().filter(lacks_it).map(|t| t.evidence);
             let best = rivals.fold(0.0, f64::max);
             Support::without_rival(beside).with_rival(now.evidence - best)
@@ -486,10 +496,10 @@ impl SearchState<'_> {
 
     /// The same effects with the parameters of the logs of the fit alone. If these leave some undetermined, or give one that
     /// physics forbids, the parameters are those of all logs, and the reason is kept.
-    fn of_fit(&self, all: Tested) -> Tested {
+    fn of_fit(&self, all: TestedHypothesis) -> TestedHypothesis {
         let held_back = self.joint.fitted < self.joint.logs.len();
         let Some(hypothesis) = evaluate(self.library, self.parts(&all), self.price) else {
-            return Tested {
+            return TestedHypothesis {
                 of_all_logs: held_back.then(|| "they could not be fitted anew".to_owned()),
                 ..all
             };
@@ -511,7 +521,7 @@ impl SearchState<'_> {
             };
             widen(&mut estimated, &self.without_each_piece(&hypothesis, logs));
         }
-        Tested {
+        TestedHypothesis {
             effects: estimated,
             of_all_logs: why.filter(|_| held_back),
             ..all
@@ -519,13 +529,13 @@ impl SearchState<'_> {
     }
 
     /// A hypothesis fitted to some rows with the effort of an estimate, so that its standard deviations are joint ones.
-    fn estimated(&self, problem: &Problem, hypothesis: &Hypothesis) -> Tested {
+    fn estimated(&self, problem: &Problem, hypothesis: &Hypothesis) -> TestedHypothesis {
         let (library, joint) = (self.library, self.joint);
         fitted_to(problem, library, hypothesis, joint, Care::Estimating)
     }
 
     /// A hypothesis fitted to the first `logs` without each of their pieces in turn.
-    fn without_each_piece(&self, hypothesis: &Hypothesis, logs: usize) -> Vec<Tested> {
+    fn without_each_piece(&self, hypothesis: &Hypothesis, logs: usize) -> Vec<TestedHypothesis> {
         let of = |piece: usize| {
             let problem = self.joint.without(piece, PIECES, logs);
             let (library, joint) = (self.library, self.joint);
@@ -542,7 +552,7 @@ fn without(parts: &[Part], place: usize) -> Vec<Part> {
 }
 
 /// Whether all parameters of a fit and their standard deviations are finite.
-fn is_determined(fitted: &Tested) -> bool {
+fn is_determined(fitted: &TestedHypothesis) -> bool {
     let mut parameters = fitted.effects.iter().flat_map(|e| e.parameters.values());
     parameters.all(|p| p.value.is_finite() && p.sigma.is_finite())
 }

@@ -4,7 +4,7 @@
 use crate::diagnose::catalogue::has;
 use crate::diagnose::evidence::{Foretold, MOST};
 use crate::diagnose::wrench::regression::joint::Joint;
-use crate::diagnose::wrench::{Fitted, FittedParameter, Tested};
+use crate::diagnose::wrench::{Fitted, FittedParameter, TestedHypothesis};
 use softdock_physics::model::Model;
 use softdock_physics::model::load::Column;
 use softdock_physics::model::load::effects::{LoadEffect, Sign};
@@ -24,7 +24,7 @@ pub(crate) struct OtherSign {
 
 /// The simple law that would explain most of what effects leave, with a sign that physics forbids. `None` if it explains less
 /// than [`MOST`] of that, or little is left.
-pub(crate) fn other_sign(joint: &Joint, accepted: &Tested) -> Option<OtherSign> {
+pub(crate) fn other_sign(joint: &Joint, accepted: &TestedHypothesis) -> Option<OtherSign> {
     let model = &joint.logs.first()?.scene.model;
     let known: Vec<Column> = accepted
         .effects
@@ -70,7 +70,7 @@ pub(crate) struct AfterMotion {
 }
 
 /// By how much a commanded load comes after the motion, if that would explain most ([`MOST`]) of what effects leave.
-pub(crate) fn after_motion(joint: &Joint, accepted: &Tested) -> Option<AfterMotion> {
+pub(crate) fn after_motion(joint: &Joint, accepted: &TestedHypothesis) -> Option<AfterMotion> {
     /// Relative precision of the delay.
     const RESOLVED: f64 = 0.01;
     let model = &joint.logs.first()?.scene.model;
@@ -114,7 +114,7 @@ pub(crate) fn after_motion(joint: &Joint, accepted: &Tested) -> Option<AfterMoti
 fn simple_laws(
     joint: &Joint,
     model: &Model,
-    accepted: &Tested,
+    accepted: &TestedHypothesis,
 ) -> impl Iterator<Item = (&'static LoadEffect, usize)> {
     let is_simple = |effect: &&LoadEffect| {
         let acts = joint.logs.iter().any(|log| effect.acts(&log.scene));

@@ -7,7 +7,7 @@ use super::{Disagreement, SearchState, TRIED};
 use crate::diagnose::evidence::{self, MOST};
 use crate::diagnose::wrench::regression::hypothesis::{Part, evaluate};
 use crate::diagnose::wrench::regression::problem::{Projected, best_gain, products};
-use crate::diagnose::wrench::regression::tested::Tested;
+use crate::diagnose::wrench::regression::tested::TestedHypothesis;
 use crate::diagnose::wrench::regression::variants::Variant;
 use nalgebra::DVector;
 use rayon::prelude::*;
@@ -38,7 +38,7 @@ impl SearchState<'_> {
     /// The effect whose own amounts for each log explain most of what the answer leaves, and most of what a common amount of it
     /// would leave. `None` for a single log, for rounded readings, where the answer leaves no more than noise, and where a log
     /// moves in one direction only, as a friction is a constant there.
-    pub(crate) fn own_effect(&self, accepted: Option<&Tested>) -> Option<Disagreement> {
+    pub(crate) fn own_effect(&self, accepted: Option<&TestedHypothesis>) -> Option<Disagreement> {
         let is_left = self.joint.has_much_left(accepted.map_or(0.0, |t| t.gain));
         let back_and_forth = self.joint.logs.iter().all(moves_both_ways);
         if self.joint.logs.len() < 2 || self.joint.is_rounded() || !is_left || !back_and_forth {
@@ -88,7 +88,7 @@ impl SearchState<'_> {
     /// explain less than most of what the answer leaves, or of what common amounts of the effect leave.
     fn in_own_amounts(
         &self,
-        accepted: Option<&Tested>,
+        accepted: Option<&TestedHypothesis>,
         [own, common]: &[Amounts; 2],
         levels: &Amounts,
     ) -> Option<Beside> {
