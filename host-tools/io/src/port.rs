@@ -61,7 +61,7 @@ impl Port {
     }
 
     /// A port over a line that is open already.
-    pub fn over(line: impl Line + 'static) -> Self {
+    pub fn over_line(line: impl Line + 'static) -> Self {
         Self {
             line: Box::new(line),
             lock: None,
@@ -106,7 +106,7 @@ impl Port {
             .timeout(POLL_INTERVAL)
             .open();
         let stream = port.map_err(|error| serial_error(path, &error))?;
-        Ok(Self::over(stream))
+        Ok(Self::over_line(stream))
     }
 }
 

@@ -228,7 +228,7 @@ impl Fitted {
         let kept = self.free.iter().zip(&why).enumerate();
         let kept = kept.filter(|(_, (_, why))| why.is_some());
         let kept: Vec<(usize, f64)> = kept.map(|(k, (one, _))| (k, one.value)).collect();
-        let beside_kept = self.solution.given(&kept);
+        let beside_kept = self.solution.values_with_held(&kept);
         let mut after = model.clone();
         let mut parameters = Vec::new();
         for (k, (parameter, why)) in self.free.iter().zip(why).enumerate() {

@@ -415,7 +415,7 @@ fn maps(results: &Results<'_>, summary: &Summary, splits: &[Split]) -> Result<Ve
 /// Distribution of each outcome, with its limit.
 fn distributions(results: &Results<'_>, splits: &[Split]) -> Result<Vec<Plot>> {
     let mut plots = Vec::new();
-    for number in results.shown() {
+    for number in results.shown_numbers() {
         let all = results.numbers(number.name)?;
         let values = |split: &Split| {
             let own = all.iter().zip(&split.rows).filter(|(_, own)| **own);

@@ -120,7 +120,7 @@ pub fn summary(results: &Results<'_>, place: &Place) -> Result<Summary> {
     let captured = results.flags("captured")?;
     let can_capture = rows.iter().copied().filter(|row| captured[*row].is_some());
     let can_capture: Vec<usize> = can_capture.collect();
-    let outcomes = results.shown().map(|number| {
+    let outcomes = results.shown_numbers().map(|number| {
         let sample = results.sample(&rows, results.numbers(number.name)?);
         Ok(OutcomeSummary {
             name: number.name,
@@ -211,7 +211,7 @@ fn worst(results: &Results<'_>, place: &Place) -> Result<Vec<WorstRow>> {
 
 fn sensitivity(results: &Results<'_>) -> Result<Vec<Sensitivity>> {
     let mut all = Vec::new();
-    for number in results.shown() {
+    for number in results.shown_numbers() {
         let indices = sobol(results, number.name)?;
         let mut drawn = indices.iter();
         for factor in &results.plan.factors {

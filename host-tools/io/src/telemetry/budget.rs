@@ -101,7 +101,7 @@ impl Budget {
     }
 
     /// Counts the last bytes of a file that was ended, without checks.
-    pub(super) fn ended(&mut self, bytes: u64) {
+    pub(super) fn count_last(&mut self, bytes: u64) {
         self.written += bytes;
     }
 

@@ -83,7 +83,7 @@ impl RecordingFile {
     pub(super) fn finish(self, budget: &mut Budget) -> Result<()> {
         self.writer.finish()?;
         let bytes = std::fs::metadata(&self.path)?.len();
-        budget.ended(bytes.saturating_sub(self.bytes));
+        budget.count_last(bytes.saturating_sub(self.bytes));
         Ok(())
     }
 }

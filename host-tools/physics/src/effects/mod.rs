@@ -18,7 +18,9 @@ pub mod mechanism;
 pub mod sensor;
 mod units;
 
-pub use entry::{Difference, Draw, Effect, Group, IsWhole, Kind, Naming, Parameter, Role, Tried};
+pub use entry::{
+    Difference, Draw, Effect, Group, IsWhole, Kind, Naming, Parameter, Role, SearchStart,
+};
 pub use find::hint;
 pub use find::named;
 pub use law::{

@@ -64,7 +64,7 @@ pub(crate) fn actuator_stage(
         found = search(cost, &ask);
     }
     let around = cost.around(found.terms());
-    let white = around.white(found.terms());
+    let white = around.whitened_residuals(found.terms());
     let fitted = around.of_logs(|log| log < logs.fitted);
     let disagreeing = found.accepted.iter().zip(&found.apart);
     let disagreeing = disagreeing
@@ -163,7 +163,7 @@ fn left_apart(
     let structures: Vec<[Structure; 6]> = each
         .map(|(k, (log, terms))| {
             let alone = cost.of_logs(|log| log == k).around(terms);
-            let white = alone.white(terms).swap_remove(0);
+            let white = alone.whitened_residuals(terms).swap_remove(0);
             squares += white.iter().flatten().map(|w| w * w).sum::<f64>();
             let levels = levels(&alone.logs[0], &white);
             std::array::from_fn(|axis| {
@@ -181,7 +181,7 @@ fn left_apart(
 /// Rms of what is left of each axis, over the data sheet's noise.
 fn levels(log: &LogCost<'_>, white: &[Vec<f64>; 6]) -> [f64; 6] {
     std::array::from_fn(|axis| {
-        let known = white[axis].get(log.known()).unwrap_or_default();
+        let known = white[axis].get(log.known_cycles()).unwrap_or_default();
         rms(known) * log.sigma[axis] / log.sheet_sigma[axis]
     })
 }

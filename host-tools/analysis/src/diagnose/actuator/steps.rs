@@ -95,7 +95,7 @@ fn level(cost: &Cost<'_>, axis: usize) -> f64 {
     let chain = cost.chain(&[], axis);
     let level = |log: &LogCost<'_>| {
         let residual = log.residual(&log.simulate(&chain, axis), axis);
-        rms(residual.get(log.known()).unwrap_or_default()) / log.sheet_sigma[axis]
+        rms(residual.get(log.known_cycles()).unwrap_or_default()) / log.sheet_sigma[axis]
     };
     cost.logs.iter().map(level).fold(0.0, f64::max)
 }

@@ -116,7 +116,10 @@ impl Answer<'_> {
     /// A note if a load that is said to be commanded comes after the motion, which only a measured load may do.
     fn after_motion(&self) -> Option<String> {
         let found = self.stages.wrench.as_ref()?;
-        let found = found.left().is_structured().then_some(found)?;
+        let found = found
+            .remaining_structure()
+            .is_structured()
+            .then_some(found)?;
         let accepted = found.found.accepted.as_ref()?;
         let AfterMotion { late_s, share } = wrench::after_motion(&found.prepared, accepted)?;
         Some(format!(

@@ -118,7 +118,7 @@ fn of_wrench(stage: &WrenchFinding, fitted: usize) -> impl Iterator<Item = (f64,
     // The answer as the search tried it, with the noise model of that search.
     let accepted = stage.found.accepted.as_ref();
     let answer = accepted.and_then(|accepted| ranked.iter().find(|t| t.is_same(accepted)));
-    let answer = answer.filter(|_| stage.left().is_structured());
+    let answer = answer.filter(|_| stage.remaining_structure().is_structured());
     let error = |tested: &TestedHypothesis| stage.prepared.error_on_unseen(tested);
     let of = move |tested: &TestedHypothesis| {
         // Searches measure χ² by noise models of their own. Hypotheses that were tried beside the same effects are rescaled to

@@ -107,7 +107,7 @@ fn each_ripple(ripples: &[Ripple]) -> String {
 
 /// Adds the law that the rest of the reading would follow with a sign that physics forbids, if there is one.
 fn say_other_sign(stages: &Stages, remainder: &mut Remainder) {
-    let is_asked = |found: &&WrenchFinding| found.left().is_structured();
+    let is_asked = |found: &&WrenchFinding| found.remaining_structure().is_structured();
     let other_sign = stages.wrench.as_ref().filter(is_asked).and_then(|found| {
         let accepted = found.found.accepted.clone().unwrap_or_default();
         wrench::other_sign(&found.prepared, &accepted)

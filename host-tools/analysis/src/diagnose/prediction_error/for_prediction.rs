@@ -89,7 +89,8 @@ fn no_larger_ties(wrench: &WrenchFinding) -> Vec<TestedHypothesis> {
     let ranked = &wrench.found.ranked;
     let accepted = wrench.found.accepted.as_ref();
     let answer = accepted.and_then(|accepted| ranked.iter().find(|t| t.is_same(accepted)));
-    let Some(answer) = answer.filter(|_| wrench.can_foretell() && wrench.left().is_structured())
+    let Some(answer) =
+        answer.filter(|_| wrench.can_foretell() && wrench.remaining_structure().is_structured())
     else {
         return Vec::new();
     };

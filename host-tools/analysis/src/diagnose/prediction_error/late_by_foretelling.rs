@@ -34,7 +34,7 @@ pub(crate) fn with_what_is_late(
         .chain([(named.to_vec(), FORETELLS)])
         .collect();
     let speed = wrench.prepared.pace().speed;
-    let tried = Tried {
+    let tried = LateTrials {
         model,
         recordings,
         before: &before,
@@ -62,7 +62,7 @@ pub(crate) fn with_what_is_late(
 }
 
 /// What all trials of late effects have in common.
-struct Tried<'a> {
+struct LateTrials<'a> {
     model: &'a Model,
     recordings: &'a Logs<&'a Recording>,
     before: &'a Errors,
@@ -70,7 +70,7 @@ struct Tried<'a> {
     speed: f64,
 }
 
-impl Tried<'_> {
+impl LateTrials<'_> {
     /// Tries a late effect beside others and keeps it in `best` if it leaves less on the logs of the fit than the best so far,
     /// and both errors are smaller than before by `margin`.
     fn beside(

@@ -84,7 +84,7 @@ pub(crate) fn predict_all(
 ) -> anyhow::Result<Logs<Prediction>> {
     recordings
         .map_at_once(|recording| predict(model, recording))
-        .whole()
+        .transpose()
 }
 
 fn body_stage(

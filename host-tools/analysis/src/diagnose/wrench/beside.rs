@@ -131,7 +131,7 @@ pub(crate) fn beside_curves(first: WrenchFinding, asking: &mut Asking<'_>) -> Wr
         true => finding.late_ids(),
         false => Vec::new(),
     };
-    let asks = !late.is_empty() || finding.left().is_structured();
+    let asks = !late.is_empty() || finding.remaining_structure().is_structured();
     if !asks || asking.question.tries_general_curves() {
         return finding;
     }

@@ -76,13 +76,13 @@ impl WrenchFinding {
     }
 
     /// What the accepted effects leave.
-    pub(crate) fn left(&self) -> RemainingStructure {
+    pub(crate) fn remaining_structure(&self) -> RemainingStructure {
         left::of_wrench(&self.prepared, self.found.accepted.as_ref(), &[])
     }
 
     /// Axes on which structure is left.
     pub(crate) fn structured_axes(&self) -> Vec<Axis> {
-        let left = self.left();
+        let left = self.remaining_structure();
         left.structured().map(|(_, axis, _)| *axis).collect()
     }
 
@@ -91,7 +91,7 @@ impl WrenchFinding {
     fn score(&self) -> f64 {
         let accepted = self.found.accepted.as_ref();
         let (evidence, gain) = accepted.map_or((0.0, 0.0), |t| (t.evidence, t.gain));
-        evidence - gain - self.prepared.left(gain)
+        evidence - gain - self.prepared.remaining_chi2(gain)
     }
 
     /// What the accepted effects may owe to errors of a law's form, plus the evidence needed to be named.

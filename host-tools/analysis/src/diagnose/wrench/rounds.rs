@@ -77,7 +77,7 @@ fn rounds(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
 /// were accepted that the answer has lost since, so what they explain is not comparable with the final answer.
 fn beside_rivals(finding: &mut WrenchFinding, asking: &mut Asking<'_>) {
     let beside = finding.beside.clone();
-    let asks = beside.is_some() || finding.left().is_structured();
+    let asks = beside.is_some() || finding.remaining_structure().is_structured();
     let Some(answer) = finding.found.accepted.clone().filter(|_| asks) else {
         return;
     };
@@ -193,7 +193,7 @@ fn beside_earlier(asking: &mut Asking<'_>) -> Option<(WrenchFinding, bool)> {
     let question = asking.question;
     let mut finding = asking.ask(question)?;
     let mut known = asking.model.clone();
-    let mut leaves_structure = finding.left().is_structured();
+    let mut leaves_structure = finding.remaining_structure().is_structured();
     for _ in 1..ROUNDS {
         let Some(accepted) = finding.found.accepted.as_ref() else {
             break;
@@ -219,7 +219,7 @@ fn beside_earlier(asking: &mut Asking<'_>) -> Option<(WrenchFinding, bool)> {
         next.found.ranked.extend(finding.found.ranked);
         next.found.rivals.extend(finding.found.rivals);
         finding = next;
-        leaves_structure |= finding.left().is_structured();
+        leaves_structure |= finding.remaining_structure().is_structured();
     }
     Some((finding, leaves_structure))
 }

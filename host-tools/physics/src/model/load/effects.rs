@@ -174,7 +174,9 @@ impl LoadEffect {
             false => effect.parameters.to_vec(),
         };
         let linear = parameters.iter().filter(|p| p.role == Role::Linear);
-        let shaping = parameters.iter().filter_map(|p| Some((p, p.tried()?)));
+        let shaping = parameters
+            .iter()
+            .filter_map(|p| Some((p, p.search_start()?)));
         Some(Self {
             effect,
             id: effect.id,
@@ -252,7 +254,7 @@ impl LoadEffect {
     /// clock; a longer one has another cause.
     pub fn search_range(&self, parameter: &Parameter, logs: Pace) -> [f64; 2] {
         let Parameter { low, high, .. } = *parameter;
-        let Some(tried) = parameter.tried() else {
+        let Some(tried) = parameter.search_start() else {
             return [low, high];
         };
         let high = high.min(tried.most);

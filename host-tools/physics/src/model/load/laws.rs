@@ -25,7 +25,7 @@ pub(super) fn acts(scene: &Scene, effect: &Effect) -> bool {
         Law::Friction(_) => scene.touches_anything(),
         Law::Docking(_) => scene.docked.iter().any(|wrench| *wrench != Wrench::zero()),
         Law::SensorZero(_) => {
-            effect.parameters.iter().all(|p| p.tried().is_none()) || !sensor.at_rest
+            effect.parameters.iter().all(|p| p.search_start().is_none()) || !sensor.at_rest
         }
         Law::SensorGain(_) => sensor.wrench == WrenchMeaning::Measured,
         Law::Saturation(_) => live(WrenchMeaning::Measured),

@@ -191,7 +191,7 @@ impl Scene {
             .map(|(wall, number)| Touch::of(wall, number, &pose, &motion))
             .collect();
         let m_from_c = pose.iter().map(|p| turned_back(&p.rotation)).collect();
-        let docked = Docked::over(&model.contact.docking, cycle_s, &pose, &motion, &steps);
+        let docked = Docked::along(&model.contact.docking, cycle_s, &pose, &motion, &steps);
         let nominal = Column::of(pose.len(), |n| {
             (load.wrench(&pose[n], &motion[n]) + load.docked(&docked, n)).get()
         });
@@ -434,7 +434,7 @@ impl Scene {
             return Cow::Borrowed(&self.docked);
         }
         let docking = &model.contact.docking;
-        Cow::Owned(Docked::over(
+        Cow::Owned(Docked::along(
             docking,
             self.cycle_s,
             &self.pose,
@@ -449,7 +449,7 @@ impl Scene {
             return Column::default();
         }
         let s_from_m = self.m_from_s.inverse();
-        let other = Docked::over(
+        let other = Docked::along(
             settings,
             self.cycle_s,
             &self.pose,

@@ -31,7 +31,7 @@ impl RobotAxes {
     }
 
     /// Rates that the wire carried in a cycle, m/s and rad/s; `None` if the answer does not match the motion that the board sent.
-    pub fn sent(&self, last: Option<&CycleRecord>, cycle: &CycleRecord) -> Option<Six> {
+    pub fn sent_rates(&self, last: Option<&CycleRecord>, cycle: &CycleRecord) -> Option<Six> {
         let counts = cycle.output.correction;
         let before = match self.mode {
             CorrectionMode::Relative => [0; 6],
@@ -144,10 +144,10 @@ mod tests {
         let mut cycle = CycleRecord::default();
         cycle.trace.sent_velocity[0] = 0.01; // 40 µm in a cycle
         cycle.output.correction = [400, 0, 0, 100, 0, 0];
-        let sent = axes.sent(None, &cycle).unwrap();
+        let sent = axes.sent_rates(None, &cycle).unwrap();
         assert!((sent[0] - 0.01).abs() < 1e-12);
         assert!((sent[5] - 0.01_f64.to_radians() / 0.004).abs() < 1e-12);
         cycle.output.correction[0] = 390;
-        assert_eq!(axes.sent(None, &cycle), None);
+        assert_eq!(axes.sent_rates(None, &cycle), None);
     }
 }

@@ -160,7 +160,7 @@ impl<'a> Signals<'a> {
     }
 
     /// The same signals with other values in their cycles.
-    pub fn with<'b>(&self, cycles: &'b [CycleRecord]) -> Signals<'b> {
+    pub fn with_cycles<'b>(&self, cycles: &'b [CycleRecord]) -> Signals<'b> {
         Signals {
             cycles,
             steps: self.steps.clone(),
@@ -260,7 +260,10 @@ impl<'a> Signals<'a> {
     pub fn sent_rates(&self, n: usize) -> Six {
         let cycle = &self.cycles[n];
         let last = n.checked_sub(1).and_then(|last| self.cycles.get(last));
-        let wire = self.axes.as_ref().and_then(|axes| axes.sent(last, cycle));
+        let wire = self
+            .axes
+            .as_ref()
+            .and_then(|axes| axes.sent_rates(last, cycle));
         let sent = wire.unwrap_or_else(|| {
             let meant = cycle.trace.sent_velocity;
             self.turned(n).map_or(meant, |turned| turned.rates(&meant))

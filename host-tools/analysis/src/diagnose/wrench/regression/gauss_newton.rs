@@ -25,7 +25,7 @@ impl Shaped<'_> {
             return None;
         }
         let mut best = start.clone();
-        let mut whole = self.whole(&best.coefficients, shapes);
+        let mut whole = self.joint_contribution(&best.coefficients, shapes);
         best.gain = whole.gain();
         for _ in 0..steps {
             if care == Care::Estimating {
@@ -34,7 +34,7 @@ impl Shaped<'_> {
             let Some(next) = self.stepped(&best.coefficients, &whole) else {
                 break;
             };
-            let there = self.whole(&next.coefficients, shapes);
+            let there = self.joint_contribution(&next.coefficients, shapes);
             let gain = there.gain();
             let rise = gain - best.gain;
             if rise.is_nan() || rise <= 0.0 {
@@ -61,7 +61,7 @@ impl Shaped<'_> {
                 let step = STEP * from.sigma[place];
                 let mut moved = from.coefficients.clone();
                 moved[place] += step;
-                let mut slope = self.whole(&moved, shapes).column;
+                let mut slope = self.joint_contribution(&moved, shapes).column;
                 subtract(&mut slope, &whole.column, 1.0);
                 slope.scale(1.0 / step);
                 self.problem.projected(slope)

@@ -545,13 +545,13 @@ impl Joint {
     }
 
     /// χ² beyond the number of values that is left after a fall by `gain`.
-    pub(crate) fn left(&self, gain: f64) -> f64 {
+    pub(crate) fn remaining_chi2(&self, gain: f64) -> f64 {
         self.problem.chi2 - gain - self.problem.count as f64
     }
 
     /// Whether more is left than errors of an effect's form; always so beside a remainder.
     pub(crate) fn has_much_left(&self, gain: f64) -> bool {
-        self.has_remainder || self.left(gain) > MUCH * self.problem.count as f64
+        self.has_remainder || self.remaining_chi2(gain) > MUCH * self.problem.count as f64
     }
 }
 

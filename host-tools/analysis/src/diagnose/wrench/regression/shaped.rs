@@ -370,7 +370,11 @@ impl<'a> Shaped<'a> {
     }
 
     /// The whitened contribution of all parts, evaluated together and not linearised.
-    pub(super) fn whole(&self, coefficients: &[f64], shapes: &[Vec<f64>]) -> Projected {
+    pub(super) fn joint_contribution(
+        &self,
+        coefficients: &[f64],
+        shapes: &[Vec<f64>],
+    ) -> Projected {
         let all = self.over_logs(coefficients, shapes, None, &|all| all.read());
         self.problem.projected(all.unwrap_or_default())
     }

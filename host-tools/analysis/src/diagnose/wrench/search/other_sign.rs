@@ -39,7 +39,7 @@ pub(crate) fn other_sign(joint: &Joint, accepted: &TestedHypothesis) -> Option<O
     if !joint.has_much_left(alone) {
         return None;
     }
-    let left = joint.left(alone);
+    let left = joint.remaining_chi2(alone);
     let with = |(effect, place): (&'static LoadEffect, usize)| -> Option<(f64, OtherSign)> {
         let defaults: Vec<f64> = effect.shapes.iter().map(|shape| shape.tried[0]).collect();
         let own = joint.columns(&joint.problem, effect, &defaults, &[place], &[])?;
