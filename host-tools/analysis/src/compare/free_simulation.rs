@@ -11,7 +11,7 @@ use serde::Serialize;
 use softdock_control::frames::{Pose, Twist, Wrench};
 use softdock_control::wrench::Motion;
 use softdock_physics::effects::sensor::tool::ToolState;
-use softdock_physics::effects::{Actuator, Direction, Guide, Late, Lateness, Law, Slide};
+use softdock_physics::effects::{Actuator, DelayAndLag, DelayLine, Direction, Guide, Law, Slide};
 use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::load::{
     LoadModel, angle_about, angles, in_motion, nominal_tool, pose_of, positions,
@@ -341,7 +341,7 @@ enum Part {
 /// All effects of the model that act on the motion.
 struct Acting {
     parts: Vec<Part>,
-    late: Lateness,
+    late: DelayAndLag,
 }
 
 impl Acting {
@@ -349,7 +349,7 @@ impl Acting {
     fn of_model(model: &Model) -> Result<Self, String> {
         let mut acting = Self {
             parts: Vec::new(),
-            late: Lateness::default(),
+            late: DelayAndLag::default(),
         };
         for known in &model.effects {
             let id = || known.id.clone();
@@ -411,11 +411,11 @@ impl Acting {
             let reading = Wrench::of(&log.wrench.each_ref().map(|series| series[n]));
             body.along(&(reading - offset), &log.pose[n])
         };
-        let mut late: Option<Late> = None;
+        let mut late: Option<DelayLine> = None;
         let arrived = |n: usize| {
             let mut six = [0.0; 6];
             six[0] = along(n);
-            let line = late.get_or_insert_with(|| Late::new(self.late, log.cycle_s, six));
+            let line = late.get_or_insert_with(|| DelayLine::new(self.late, log.cycle_s, six));
             line.advance(six)[0]
         };
         (0..log.cycle_count()).map(arrived).collect()

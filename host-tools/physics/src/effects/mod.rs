@@ -24,7 +24,7 @@ pub use entry::{
 pub use find::hint;
 pub use find::named;
 pub use law::{
-    Actuator, Clock, Direction, Facing, Guide, Late, Lateness, Law, Penetration, Reversal,
+    Actuator, Clock, DelayAndLag, DelayLine, Direction, Facing, Guide, Law, Penetration, Reversal,
     Sampling, Slide, Values, sign,
 };
 

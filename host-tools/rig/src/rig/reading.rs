@@ -5,7 +5,7 @@
 
 use super::hidden::{self, Hidden};
 use softdock_control::frames::Wrench;
-use softdock_physics::effects::{Group, Late, Law, Values};
+use softdock_physics::effects::{DelayLine, Group, Law, Values};
 use softdock_statistics::RandomStream;
 
 /// Hidden effects on the reading.
@@ -14,7 +14,7 @@ pub(super) struct Reading {
     /// Laws with their values, in the catalogue's order.
     laws: Vec<(Law, Vec<f64>)>,
     /// Delays and filters, in series.
-    late: Vec<Late>,
+    late: Vec<DelayLine>,
     step_s: f64,
     /// The last sample that was sent.
     sent: Wrench<f64>,
@@ -52,7 +52,7 @@ impl Reading {
     pub(super) fn settle(&mut self, wrench: &Wrench<f64>) {
         let (step_s, first) = (self.step_s, wrench.get());
         let late = self.laws.iter().filter_map(|(law, p)| match law {
-            Law::ReadingDelay(law) => Some(Late::new(law(p), step_s, first)),
+            Law::ReadingDelay(law) => Some(DelayLine::new(law(p), step_s, first)),
             _ => None,
         });
         self.late = late.collect();

@@ -4,8 +4,8 @@ use super::{Column, Scene, Touch};
 use crate::effects::formula::{ActsOn, Formula, Signals};
 use crate::effects::sensor::tool::{LoadMotion, ToolState};
 use crate::effects::{
-    Actuator, Direction, Effect, Facing, Group, Guide, Lateness, Law, Penetration, Slide, Values,
-    by_id, sign,
+    Actuator, DelayAndLag, Direction, Effect, Facing, Group, Guide, Law, Penetration, Slide,
+    Values, by_id, sign,
 };
 use crate::model::{EffectModel, Model, WrenchMeaning};
 use nalgebra::{Matrix3, Vector3};
@@ -91,7 +91,7 @@ pub(super) fn part(
             early(
                 scene,
                 reading,
-                Lateness {
+                DelayAndLag {
                     delay_s,
                     lag_s: 0.0,
                 },
@@ -252,17 +252,17 @@ fn penetration(t: &Touch, n: usize) -> Option<Penetration> {
 }
 
 /// Change of a reading by a delay and a lag.
-fn late(scene: &Scene, reading: &Column, by: Lateness) -> Column {
+fn late(scene: &Scene, reading: &Column, by: DelayAndLag) -> Column {
     let late = reading.each(|series| by.delayed(series, scene.cycle_s));
     late.minus(reading)
 }
 
 /// Change of a reading that is early by a delay and a lag, such as a command before its motion; late if the delay is negative.
-fn early(scene: &Scene, reading: &Column, by: Lateness) -> Column {
-    let Lateness { delay_s, lag_s } = by;
+fn early(scene: &Scene, reading: &Column, by: DelayAndLag) -> Column {
+    let DelayAndLag { delay_s, lag_s } = by;
     if delay_s < 0.0 {
         let delay_s = -delay_s;
-        return late(scene, reading, Lateness { delay_s, lag_s });
+        return late(scene, reading, DelayAndLag { delay_s, lag_s });
     }
     let early = reading.each(|series| by.anticipated(series, scene.cycle_s));
     early.minus(reading)
