@@ -243,14 +243,17 @@ fn an_effect_is_removed_and_nothing_else() {
     let more = "\n\n# found on Monday\n[[effect]]\nid = \"guide_viscous\"\n\
                 parameters = { damping_n_s_per_m = 3.0 }\n";
     let (_, file) = file("model_edit_remove", &format!("{BEFORE}{more}"));
-    let edited = file.without("guide_viscous").unwrap();
+    let edited = file.without_effect("guide_viscous").unwrap();
     assert!(
         !edited.text().contains("guide_viscous"),
         "{}",
         edited.text()
     );
     assert!(edited.text().contains("found in spring") && edited.text().contains("cable is new"));
-    let unknown = file.without("guide_stribeck").unwrap_err().to_string();
+    let unknown = file
+        .without_effect("guide_stribeck")
+        .unwrap_err()
+        .to_string();
     assert!(
         unknown.contains("guide_coulomb, guide_viscous"),
         "{unknown}"

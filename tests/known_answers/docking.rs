@@ -26,9 +26,12 @@ fn ended(scenario: &Scenario) -> (RunStatistics, Mode) {
 
 /// What the robot worked on the mechanism is stored or lost.
 fn assert_balanced(statistics: &RunStatistics, share: f64) {
-    let book = &statistics.energy;
-    assert!(book.work_j > 1.0, "{book:?}");
-    assert!(book.imbalance_j().abs() < share * book.work_j, "{book:?}");
+    let balance = &statistics.energy;
+    assert!(balance.work_j > 1.0, "{balance:?}");
+    assert!(
+        balance.imbalance_j().abs() < share * balance.work_j,
+        "{balance:?}"
+    );
 }
 
 /// A late robot presses the probe out of the drogue again; with a law against the delay the latches

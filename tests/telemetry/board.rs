@@ -3,7 +3,7 @@
 use softdock_app::image::{IMAGE_MAX_BYTES, Image};
 use softdock_app::record::CycleRecord;
 use softdock_app::settings::BoardSettings;
-use softdock_app::telemetry::{Announcement, Datagram, Part, Stream};
+use softdock_app::telemetry::{Announcement, Datagram, MessagePart, Stream};
 use softdock_io::recording::Recording;
 use softdock_io::telemetry::{Bounds, Recorder, Summary};
 use std::net::SocketAddr;
@@ -64,11 +64,11 @@ impl Board {
     }
 }
 
-fn written<'a>(parts: impl Iterator<Item = Part<'a>>) -> Vec<Datagram> {
+fn written<'a>(parts: impl Iterator<Item = MessagePart<'a>>) -> Vec<Datagram> {
     parts.map(|part| rewritten(&part)).collect()
 }
 
-pub(crate) fn rewritten(part: &Part<'_>) -> Datagram {
+pub(crate) fn rewritten(part: &MessagePart<'_>) -> Datagram {
     let mut datagram = Datagram::new();
     part.write(&mut datagram);
     datagram

@@ -139,7 +139,7 @@ fn other_settings_in_mid_run_begin_a_file() {
 #[test]
 fn a_long_run_becomes_several_files() {
     let bounds = Bounds {
-        piece_cycles: 100,
+        file_cycles: 100,
         ..Bounds::default()
     };
     let (mut board, mut bench) = (Board::boot(7), Bench::within(bounds));
@@ -172,7 +172,7 @@ fn a_long_run_becomes_several_files() {
 #[test]
 fn a_file_that_is_large_enough_is_ended() {
     let bounds = Bounds {
-        piece_bytes: 1,
+        file_bytes: 1,
         ..Bounds::default()
     };
     let (mut board, mut bench) = (Board::boot(7), Bench::within(bounds));
@@ -189,7 +189,7 @@ fn a_file_that_is_large_enough_is_ended() {
 fn boots_that_are_made_up_fill_no_disk() {
     let bounds = Bounds {
         begun: 20,
-        piece_cycles: 50,
+        file_cycles: 50,
         ..Bounds::default()
     };
     let mut bench = Bench::within(bounds);

@@ -2,13 +2,13 @@
 
 use super::board::{Bench, Board, IDENTITY, address, rewritten, settings};
 use proptest::prelude::*;
-use softdock_app::telemetry::{Datagram, MAGIC, Part, VERSION};
+use softdock_app::telemetry::{Datagram, MAGIC, MessagePart, VERSION};
 
 /// The same datagrams with other schemas.
 fn of_another_version(datagrams: &[Datagram]) -> Vec<Datagram> {
     let changed = |datagram: &Datagram| {
-        let part = Part::read(datagram).unwrap();
-        rewritten(&Part {
+        let part = MessagePart::read(datagram).unwrap();
+        rewritten(&MessagePart {
             schema: !part.schema,
             ..part
         })
@@ -114,9 +114,9 @@ proptest! {
     ) {
         let (mut board, mut bench) = (Board::boot(7), Bench::new());
         let genuine = board.runs([0]).remove(0);
-        let genuine = Part::read(&genuine).unwrap();
+        let genuine = MessagePart::read(&genuine).unwrap();
         for ([boot, part, count], sequence, payload) in parts {
-            let part = Part {
+            let part = MessagePart {
                 part,
                 parts: count,
                 boot: u32::from(boot % 4),

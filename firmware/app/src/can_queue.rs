@@ -17,7 +17,7 @@ pub struct Fifo {
 impl Fifo {
     /// Frames that were taken out between this state and `after`. It includes frames that arrived in between, if there were at
     /// most two: on a bus of 1 Mbit/s each takes 47 µs.
-    pub fn taken(self, after: Self) -> u32 {
+    pub fn frames_taken_until(self, after: Self) -> u32 {
         let moved = (after.next + DEPTH).wrapping_sub(self.next);
         let came = (moved + DEPTH).wrapping_sub(self.fill) % DEPTH;
         u32::from(self.fill + came)
@@ -57,7 +57,11 @@ mod tests {
                         fill: 0,
                         next: (next + fill + came) % DEPTH,
                     };
-                    assert_eq!(before.taken(after), u32::from(fill + came), "{before:?}");
+                    assert_eq!(
+                        before.frames_taken_until(after),
+                        u32::from(fill + came),
+                        "{before:?}"
+                    );
                 }
             }
         }

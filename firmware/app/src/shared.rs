@@ -144,7 +144,7 @@ pub struct MachineState {
 
 impl MachineState {
     /// In the types of service and telemetry.
-    pub fn told(&self) -> Machine {
+    pub fn to_machine(&self) -> Machine {
         Machine {
             reset: Word::try_from(self.reset).unwrap_or_default(),
             stack: self.stack,

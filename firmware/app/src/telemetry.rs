@@ -13,7 +13,7 @@
 //! in one place, and the count is sent to the recorder.
 //!
 //! A message is a record or the announcement. It travels in one or more datagrams
-//! ([`Part`] has the layout), each small enough for an Ethernet frame. Datagrams are
+//! ([`MessagePart`] has the layout), each small enough for an Ethernet frame. Datagrams are
 //! numbered, so that the recorder knows what the network lost.
 
 mod datagram;
@@ -23,12 +23,12 @@ mod stream;
 mod tasks;
 
 pub use datagram::{
-    DATAGRAM_MAX_BYTES, Datagram, DatagramError, HEADER_BYTES, Kind, MAGIC, PAYLOAD_MAX_BYTES,
-    Part, VERSION,
+    DATAGRAM_MAX_BYTES, Datagram, DatagramError, HEADER_BYTES, Kind, MAGIC, MessagePart,
+    PAYLOAD_MAX_BYTES, VERSION,
 };
 pub use message::{
     Announcement, MESSAGE_MAX_BYTES, MessageError, read_machine, read_record, schema,
 };
 pub use queue::{RecordQueue, Slot};
-pub use stream::{Parts, Stream};
+pub use stream::{MessageParts, Stream};
 pub use tasks::{ANNOUNCE_PERIOD_US, encode, transmit};

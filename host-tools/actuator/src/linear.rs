@@ -5,14 +5,14 @@ use nalgebra::{SMatrix, SVector};
 
 /// Velocity over a part of a cycle.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Moved {
+pub(super) struct PartVelocity {
     /// Mean.
     pub mean: f64,
     /// At its end.
     pub end: f64,
 }
 
-impl Moved {
+impl PartVelocity {
     /// The same throughout.
     pub(super) fn constant(velocity: f64) -> Self {
         Self {
@@ -108,7 +108,7 @@ impl LinearStages {
     }
 
     /// Advances by a duration with a constant input. `once`: no other segment has this duration.
-    pub(super) fn advance(&mut self, input: f64, duration_s: f64, once: bool) -> Moved {
+    pub(super) fn advance(&mut self, input: f64, duration_s: f64, once: bool) -> PartVelocity {
         if !self.is_cascade() {
             return self.lagged(input, duration_s);
         }
@@ -120,7 +120,7 @@ impl LinearStages {
     }
 
     /// Advances by a duration that does not recur, as a sum of binary digits of a second, whose responses do.
-    fn in_digits(&mut self, input: f64, duration_s: f64) -> Moved {
+    fn in_digits(&mut self, input: f64, duration_s: f64) -> PartVelocity {
         /// First and last digit: 62.5 ms and 4 ps.
         const DIGITS: std::ops::RangeInclusive<i32> = 4..=38;
         if self.digits.is_empty() {
@@ -136,18 +136,18 @@ impl LinearStages {
         }
         let advanced_s = duration_s - left_s;
         if advanced_s <= 0.0 {
-            return Moved::constant(input);
+            return PartVelocity::constant(input);
         }
-        Moved {
+        PartVelocity {
             mean: path / advanced_s,
             end: self.output(),
         }
     }
 
-    fn apply(&mut self, input: f64, response: &Response) -> Moved {
+    fn apply(&mut self, input: f64, response: &Response) -> PartVelocity {
         let mean = response.advance(&mut self.state, input);
         let end = self.output();
-        Moved { mean, end }
+        PartVelocity { mean, end }
     }
 
     /// Output of a cascade: its last state.
@@ -160,10 +160,10 @@ impl LinearStages {
     }
 
     /// A single lag, or none.
-    fn lagged(&mut self, input: f64, duration_s: f64) -> Moved {
+    fn lagged(&mut self, input: f64, duration_s: f64) -> PartVelocity {
         let lag_s = self.lags_s[0];
         if lag_s < NO_LAG_S {
-            return Moved::constant(input);
+            return PartVelocity::constant(input);
         }
         if !is_as_long(self.left[0].0, duration_s) {
             self.left.swap(0, 1);
@@ -174,7 +174,7 @@ impl LinearStages {
         let left = self.left[0].1;
         let offset = self.state[0] - input;
         self.state[0] = input + offset * left;
-        Moved {
+        PartVelocity {
             mean: input + offset * lag_s / duration_s * (1.0 - left),
             end: self.state[0],
         }

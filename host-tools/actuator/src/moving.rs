@@ -1,7 +1,7 @@
 //! A moving axis: drive, pause and lost motion, computed in parts or for a whole segment.
 
 use super::chain::Chain;
-use super::linear::Moved;
+use super::linear::PartVelocity;
 use super::nonlinear::{Backlash, Drive, PauseGate};
 
 /// The axis between two cycles.
@@ -22,7 +22,7 @@ impl Moving {
     }
 
     /// One part with a constant command.
-    pub(super) fn step(&mut self, command: f64, duration_s: f64) -> Moved {
+    pub(super) fn step(&mut self, command: f64, duration_s: f64) -> PartVelocity {
         let moved = if self.gate.holds_command() {
             self.gate.follow_held(command, duration_s, &mut self.drive)
         } else {
@@ -40,7 +40,7 @@ impl Moving {
     }
 
     /// Advances by a whole segment, if [`Self::can_step_exactly`]. `once`: no other segment has this duration.
-    pub(super) fn exact_step(&mut self, command: f64, duration_s: f64, once: bool) -> Moved {
+    pub(super) fn exact_step(&mut self, command: f64, duration_s: f64, once: bool) -> PartVelocity {
         let moved = self.drive.exact_step(command, duration_s, once);
         self.gate.opened(moved, command);
         moved

@@ -1,7 +1,7 @@
 //! Stages that are not linear: limits, the pause at a zero crossing, lost motion.
 
 use super::chain::{Chain, Limits, PauseKind, PauseTrigger};
-use super::linear::{LinearStages, Moved};
+use super::linear::{LinearStages, PartVelocity};
 
 /// Limits of acceleration and velocity, then of jerk.
 #[derive(Clone)]
@@ -22,7 +22,7 @@ impl Limiter {
     }
 
     /// Follows a velocity within the limits.
-    pub(super) fn follow(&mut self, moved: Moved, duration_s: f64) -> Moved {
+    pub(super) fn follow(&mut self, moved: PartVelocity, duration_s: f64) -> PartVelocity {
         if !self.limits.any() {
             return moved;
         }
@@ -34,7 +34,7 @@ impl Limiter {
         if self.value == moved.end {
             return self.with_jerk(moved, duration_s);
         }
-        let limited = Moved {
+        let limited = PartVelocity {
             mean: 0.5 * (before + self.value),
             end: self.value,
         };
@@ -43,7 +43,7 @@ impl Limiter {
 
     /// Approaches a velocity in the shortest time that the jerk allows, without overshoot. It follows the braking curve
     /// `a = √(2 j |missing|)`, on which whole parts with the largest change end at rest (`n (n + 1)/2 j h² = |missing|`).
-    fn with_jerk(&mut self, moved: Moved, duration_s: f64) -> Moved {
+    fn with_jerk(&mut self, moved: PartVelocity, duration_s: f64) -> PartVelocity {
         let jerk = self.limits.jerk;
         if jerk.is_infinite() {
             return moved;
@@ -60,7 +60,7 @@ impl Limiter {
         let acceleration = acceleration + (wanted - acceleration).clamp(-largest, largest);
         let end = before + acceleration * duration_s;
         self.smooth = (end, acceleration);
-        Moved {
+        PartVelocity {
             mean: 0.5 * (before + end),
             end,
         }
@@ -108,7 +108,7 @@ struct LimitedLoop {
 
 impl LimitedLoop {
     /// Exact for a constant input: at the limit until the lag asks for less, then the lag.
-    fn follow(&mut self, input: f64, duration_s: f64) -> Moved {
+    fn follow(&mut self, input: f64, duration_s: f64) -> PartVelocity {
         let before = self.velocity;
         let missing = input - before;
         let reach = self.acceleration * self.lag_s;
@@ -125,7 +125,7 @@ impl LimitedLoop {
         let path = limited_s * (before + 0.5 * ramp)
             + rest_s * input
             + self.lag_s * (met - input) * (1.0 - left);
-        Moved {
+        PartVelocity {
             mean: path / duration_s,
             end: self.velocity,
         }
@@ -151,7 +151,7 @@ impl Drive {
     }
 
     /// Follows a constant command for a time.
-    pub(super) fn follow(&mut self, command: f64, duration_s: f64) -> Moved {
+    pub(super) fn follow(&mut self, command: f64, duration_s: f64) -> PartVelocity {
         let moved = match &mut self.looped {
             Some(looped) => {
                 let moved = looped.follow(command, duration_s);
@@ -180,14 +180,14 @@ impl Drive {
     }
 
     /// Advances by a whole segment with a constant command, if [`Self::is_free`]. `once`: no other segment has this duration.
-    pub(super) fn exact_step(&mut self, command: f64, duration_s: f64, once: bool) -> Moved {
+    pub(super) fn exact_step(&mut self, command: f64, duration_s: f64, once: bool) -> PartVelocity {
         let moved = self.linear.advance(command, duration_s, once);
         self.limits.value = moved.end;
         moved
     }
 
     /// Starts from rest, and follows a constant command for a time.
-    fn restart(&mut self, command: f64, duration_s: f64) -> Moved {
+    fn restart(&mut self, command: f64, duration_s: f64) -> PartVelocity {
         self.linear.reset();
         self.limits.reset();
         if let Some(looped) = &mut self.looped {
@@ -196,7 +196,7 @@ impl Drive {
         if duration_s > 0.0 {
             self.follow(command, duration_s)
         } else {
-            Moved {
+            PartVelocity {
                 mean: 0.0,
                 end: 0.0,
             }
@@ -238,7 +238,7 @@ impl PauseGate {
         command: f64,
         duration_s: f64,
         drive: &mut Drive,
-    ) -> Moved {
+    ) -> PartVelocity {
         if self.remaining_s <= 0.0 && self.trigger == PauseTrigger::Command {
             if self.direction * command < 0.0 {
                 self.remaining_s = self.pause_s;
@@ -272,7 +272,12 @@ impl PauseGate {
         joined([(open, open_s), (held, rest_s)], duration_s)
     }
 
-    fn follow_zero_then(&mut self, command: f64, duration_s: f64, drive: &mut Drive) -> Moved {
+    fn follow_zero_then(
+        &mut self,
+        command: f64,
+        duration_s: f64,
+        drive: &mut Drive,
+    ) -> PartVelocity {
         let held_s = self.remaining_s.min(duration_s);
         let open_s = duration_s - held_s;
         self.remaining_s -= held_s;
@@ -286,11 +291,11 @@ impl PauseGate {
     /// Passes a velocity, or zero during the pause. `command`: the velocity that arrives at the drive.
     pub(super) fn pass(
         &mut self,
-        moved: Moved,
+        moved: PartVelocity,
         command: f64,
         duration_s: f64,
         drive: &mut Drive,
-    ) -> Moved {
+    ) -> PartVelocity {
         if self.pause_s <= 0.0 {
             return moved;
         }
@@ -319,7 +324,7 @@ impl PauseGate {
         } else {
             moved
         };
-        Moved {
+        PartVelocity {
             mean: moved.mean * open,
             end: if open > 0.0 { moved.end } else { 0.0 },
         }
@@ -336,7 +341,7 @@ impl PauseGate {
     }
 
     /// Records the end of a motion without a pause.
-    pub(super) fn opened(&mut self, moved: Moved, command: f64) {
+    pub(super) fn opened(&mut self, moved: PartVelocity, command: f64) {
         self.last = match self.trigger {
             PauseTrigger::Output => moved.end,
             PauseTrigger::Command => command,
@@ -355,15 +360,15 @@ impl PauseGate {
 }
 
 /// Joins pieces of a part in time.
-fn joined(pieces: [(Option<Moved>, f64); 2], duration_s: f64) -> Moved {
+fn joined(pieces: [(Option<PartVelocity>, f64); 2], duration_s: f64) -> PartVelocity {
     let there = pieces
         .into_iter()
         .filter_map(|(moved, s)| Some((moved?, s)));
-    let whole = Moved {
+    let whole = PartVelocity {
         mean: 0.0,
         end: 0.0,
     };
-    there.fold(whole, |whole, (moved, piece_s)| Moved {
+    there.fold(whole, |whole, (moved, piece_s)| PartVelocity {
         mean: whole.mean + moved.mean * piece_s / duration_s,
         end: moved.end,
     })
@@ -389,7 +394,7 @@ impl Backlash {
         self.width > 0.0
     }
 
-    pub(super) fn pass(&mut self, moved: Moved, duration_s: f64) -> Moved {
+    pub(super) fn pass(&mut self, moved: PartVelocity, duration_s: f64) -> PartVelocity {
         if !self.acts() {
             return moved;
         }
@@ -397,7 +402,7 @@ impl Backlash {
         let half = 0.5 * self.width;
         self.position = wanted.clamp(-half, half);
         let through = wanted - self.position;
-        Moved {
+        PartVelocity {
             mean: through / duration_s,
             end: if through == 0.0 { 0.0 } else { moved.end },
         }
@@ -408,6 +413,6 @@ impl Backlash {
 pub(super) fn planned(limits: &Limits, sent: &[f64], cycle_s: f64) -> Vec<f64> {
     let mut limiter = Limiter::new(limits);
     sent.iter()
-        .map(|wanted| limiter.follow(Moved::constant(*wanted), cycle_s).end)
+        .map(|wanted| limiter.follow(PartVelocity::constant(*wanted), cycle_s).end)
         .collect()
 }

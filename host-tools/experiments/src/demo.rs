@@ -245,7 +245,7 @@ pub fn history_table(diagnosis: &Diagnosis) -> Table {
 }
 
 /// The identified robot, for the board's settings; None if the diagnosis named nothing that a delay law can use.
-pub fn learned(report: &Report) -> Option<ActuatorSettings> {
+pub fn identified_robot(report: &Report) -> Option<ActuatorSettings> {
     let named = &report.diagnosis.effects;
     if !named.iter().any(|id| LEARNED.contains(&id.as_str())) {
         return None;

@@ -7,7 +7,7 @@ use cpu_time::ProcessTime;
 use softdock_app::record::CycleRecord;
 use softdock_io::recording::TruthRecord;
 use softdock_io::say;
-use softdock_io::telemetry::Pieces;
+use softdock_io::telemetry::FileSeries;
 use std::ops::ControlFlow;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::thread;
@@ -71,17 +71,21 @@ impl Handover {
 }
 
 /// Writes batches until the queue is closed, and returns each batch for reuse.
-fn write(pieces: &mut Pieces, batches: Receiver<Batch>, give_back: &Sender<Batch>) -> Result<()> {
+fn write(
+    series: &mut FileSeries,
+    batches: Receiver<Batch>,
+    give_back: &Sender<Batch>,
+) -> Result<()> {
     for batch in batches {
         for (record, truth) in batch.records.iter().zip(&batch.truths) {
-            pieces.push(record, Some(truth))?;
-            for warning in pieces.take_warnings() {
+            series.push(record, Some(truth))?;
+            for warning in series.take_warnings() {
                 say!("{warning}");
             }
         }
         let _ = give_back.send(batch);
     }
-    pieces.finish()
+    series.finish()
 }
 
 /// Runs a scenario and records it. `on_cycle` sees each cycle and decides whether the run goes on. A separate thread writes
@@ -91,15 +95,15 @@ fn write(pieces: &mut Pieces, batches: Receiver<Batch>, give_back: &Sender<Batch
 /// The scenario cannot be run, or the file cannot be written.
 pub fn record_file(
     scenario: &Scenario,
-    pieces: &mut Pieces,
+    series: &mut FileSeries,
     on_cycle: &mut dyn FnMut(&CycleRecord, &TruthRecord) -> ControlFlow<()>,
 ) -> Result<RunStatistics> {
     let begin = ProcessTime::now();
-    pieces.begin(header(scenario)?)?;
+    series.begin(header(scenario)?)?;
     let (queue, batches) = sync_channel::<Batch>(QUEUED_BATCHES);
     let (give_back, empty) = channel();
     thread::scope(|scope| {
-        let disk = scope.spawn(move || write(pieces, batches, &give_back));
+        let disk = scope.spawn(move || write(series, batches, &give_back));
         let mut handover = Handover {
             batch: Batch::default(),
             queue,

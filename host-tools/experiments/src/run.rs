@@ -7,7 +7,7 @@ use softdock_app::record::CycleRecord;
 use softdock_control::modes::Command;
 use softdock_io::identity;
 use softdock_io::recording::{Header, Recording, TruthRecord};
-use softdock_mechanism::{EnergyBook, Loads};
+use softdock_mechanism::{EnergyBalance, Loads};
 use softdock_rig::board::virtual_time::{Simulation, simulate};
 use softdock_rig::rig::Rig;
 use std::ops::ControlFlow;
@@ -27,7 +27,7 @@ pub struct RunStatistics {
     /// Time at which the mechanism's latches caught the spacecraft, s; None if they did not.
     pub captured_s: Option<f64>,
     /// Work of the robot on the mechanism, and the balance of energy.
-    pub energy: EnergyBook,
+    pub energy: EnergyBalance,
     /// The largest loads of each docking mechanism.
     pub loads: Vec<Loads>,
 }

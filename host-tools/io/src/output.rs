@@ -28,7 +28,7 @@ pub fn write_whole_with(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> Result<()>,
 ) -> Result<()> {
-    NewFile::written(path, write)?.keep()
+    NewFile::write(path, write)?.keep()
 }
 
 /// A complete temporary file that has not got its name yet; dropped without [`keep`](Self::keep) it vanishes. Files that
@@ -47,14 +47,14 @@ impl NewFile {
     /// # Errors
     /// Those of [`write_whole`].
     pub fn of(path: &Path, content: impl AsRef<[u8]>) -> Result<Self> {
-        Self::written(path, |file| Ok(file.write_all(content.as_ref())?))
+        Self::write(path, |file| Ok(file.write_all(content.as_ref())?))
     }
 
     /// Writes into a temporary file beside `path` what `write` gives.
     ///
     /// # Errors
     /// Those of [`write_whole_with`].
-    pub fn written(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<Self> {
+    pub fn write(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<Self> {
         let new = beside(path, write).map_err(|error| cannot_write(path, error))?;
         let path = path.to_path_buf();
         Ok(Self { path, new })

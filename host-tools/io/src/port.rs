@@ -61,7 +61,7 @@ impl Port {
     }
 
     /// A port over a line that is open already.
-    pub fn over(line: impl Line + 'static) -> Self {
+    pub fn over_line(line: impl Line + 'static) -> Self {
         Self {
             line: Box::new(line),
             lock: None,
@@ -106,7 +106,7 @@ impl Port {
             .timeout(POLL_INTERVAL)
             .open();
         let stream = port.map_err(|error| serial_error(path, &error))?;
-        Ok(Self::over(stream))
+        Ok(Self::over_line(stream))
     }
 }
 
@@ -170,7 +170,7 @@ impl Write for Port {
 
 /// A serial port of this computer.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Found {
+pub struct AvailablePort {
     /// Path or name of the port.
     pub port: String,
     /// Description of the device behind it.
@@ -183,14 +183,14 @@ pub struct Found {
 ///
 /// # Errors
 /// The system does not list its ports.
-pub fn found() -> Result<Vec<Found>> {
+pub fn serial_ports() -> Result<Vec<AvailablePort>> {
     let ports = serialport::available_ports().context("the system does not tell its ports")?;
-    let mut found: Vec<Found> = ports.into_iter().map(describe).collect();
+    let mut found: Vec<AvailablePort> = ports.into_iter().map(describe).collect();
     found.sort_by(|a, b| (!a.probe, &a.port).cmp(&(!b.probe, &b.port)));
     Ok(found)
 }
 
-fn describe(info: SerialPortInfo) -> Found {
+fn describe(info: SerialPortInfo) -> AvailablePort {
     let (device, probe) = match info.port_type {
         SerialPortType::UsbPort(usb) => {
             let name = usb.product.unwrap_or_else(|| "USB device".into());
@@ -202,7 +202,7 @@ fn describe(info: SerialPortInfo) -> Found {
         SerialPortType::BluetoothPort => ("Bluetooth".into(), false),
         SerialPortType::Unknown => ("unknown".into(), false),
     };
-    Found {
+    AvailablePort {
         port: info.port_name,
         device,
         probe,
@@ -214,7 +214,7 @@ fn describe(info: SerialPortInfo) -> Found {
 /// # Errors
 /// There is none, or more than one.
 pub fn only_board() -> Result<String> {
-    let mut boards = found()?.into_iter().filter(|found| found.probe);
+    let mut boards = serial_ports()?.into_iter().filter(|found| found.probe);
     match (boards.next(), boards.next()) {
         (Some(board), None) => Ok(board.port),
         (None, _) => bail!(

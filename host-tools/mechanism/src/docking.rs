@@ -1,8 +1,8 @@
 //! A mechanism between a target that is fixed in the laboratory and the robot's flange, as settings describe it.
 
 use crate::{
-    Booked, EddyCurrent, EnergyBook, HuntCrossley, Loads, Mechanism, ProbeCone, Reaction, Relative,
-    SoftCapture, TwoStage,
+    EddyCurrent, EnergyBalance, EnergyTracked, HuntCrossley, Loads, Mechanism, ProbeCone, Reaction,
+    Relative, SoftCapture, TwoStage,
 };
 use serde::{Deserialize, Serialize};
 use softdock_control::frames::{Pose, Twist, Wrench, orientation_from_abc, vector};
@@ -166,7 +166,7 @@ impl DockingSettings {
 pub struct Docking {
     p_from_c: Pose<f64>,
     m_from_j: Pose<f64>,
-    booked: Booked<Kind>,
+    tracked: EnergyTracked<Kind>,
     loads: Loads,
 }
 
@@ -183,7 +183,7 @@ impl Docking {
         Ok(Self {
             p_from_c: pose(&settings.position_m, &settings.orientation_abc_rad).inverse(),
             m_from_j: pose(&settings.tip_m, &settings.tip_abc_rad),
-            booked: Booked::new(settings.kind),
+            tracked: EnergyTracked::new(settings.kind),
             loads: Loads::default(),
         })
     }
@@ -204,7 +204,7 @@ impl Docking {
     /// Wrench at M, in axes of M.
     pub fn wrench(&self, c_from_m: &Pose<f64>, twist: &Twist<f64>) -> Wrench<f64> {
         let reaction = self
-            .booked
+            .tracked
             .mechanism
             .reaction(&self.relative(c_from_m, twist));
         reaction.wrench.transferred(&self.m_from_j)
@@ -213,7 +213,7 @@ impl Docking {
     /// Advances the state of the mechanism by a step that ends here, with the step's mean velocity.
     pub fn advance(&mut self, c_from_m: &Pose<f64>, twist: &Twist<f64>, step_s: f64) {
         let at = self.relative(c_from_m, twist);
-        let on_j = self.booked.advance(&at, step_s).wrench;
+        let on_j = self.tracked.advance(&at, step_s).wrench;
         let in_p = on_j.map(|v| at.p_from_j.rotation * v);
         self.loads = self.loads.largest(&Loads::of(&in_p));
     }
@@ -221,7 +221,7 @@ impl Docking {
     /// As [`Self::advance`], but without energy balance and loads.
     pub fn follow(&mut self, c_from_m: &Pose<f64>, twist: &Twist<f64>, step_s: f64) {
         let at = self.relative(c_from_m, twist);
-        self.booked.mechanism.advance(&at, step_s);
+        self.tracked.mechanism.advance(&at, step_s);
     }
 
     /// The largest loads so far, at the ends of steps.
@@ -231,12 +231,12 @@ impl Docking {
 
     /// Whether latches hold the two sides together.
     pub fn captured(&self) -> bool {
-        self.booked.mechanism.captured()
+        self.tracked.mechanism.captured()
     }
 
     /// The energy balance so far.
-    pub fn book(&self) -> EnergyBook {
-        self.booked.book()
+    pub fn balance(&self) -> EnergyBalance {
+        self.tracked.balance()
     }
 }
 

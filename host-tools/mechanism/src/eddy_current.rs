@@ -42,7 +42,7 @@ impl Mechanism for EddyCurrent {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Booked;
+    use crate::EnergyTracked;
 
     /// `m dv/dx = −2 F_m/v_k/(1 + (v/v_k)²)`, so `v + v³/(3 v_k²)` falls linearly with the distance.
     #[test]
@@ -54,7 +54,7 @@ mod tests {
         let (mass, h) = (5000.0, 1e-5);
         let first = 0.1;
         let (mut x, mut v) = (1e-9, first);
-        let mut brake = Booked::new(brake);
+        let mut brake = EnergyTracked::new(brake);
         let mut force = brake
             .mechanism
             .reaction(&Relative::along_x(x, v))
@@ -66,13 +66,16 @@ mod tests {
             x += v * h;
             force = brake.advance(&Relative::along_x(x, v), h).wrench.force.x;
         }
-        let book = brake.book();
+        let balance = brake.balance();
         let charge = |v: f64| v + v.powi(3) / (3.0 * 0.03 * 0.03);
         let expected = charge(first) - 2.0 * 400.0 / (0.03 * mass) * x;
         assert!((charge(v) / expected - 1.0).abs() < 1e-3, "{v} {x}");
-        assert!(book.imbalance_j().abs() < 1e-5 * book.work_j, "{book:?}");
+        assert!(
+            balance.imbalance_j().abs() < 1e-5 * balance.work_j,
+            "{balance:?}"
+        );
         let gone = 0.5 * mass * (first * first - v * v);
-        assert!((book.dissipated_j / gone - 1.0).abs() < 1e-4);
+        assert!((balance.dissipated_j / gone - 1.0).abs() < 1e-4);
     }
 
     #[test]

@@ -49,7 +49,7 @@ struct Leg {
 
 impl Leg {
     /// Row of the Jacobian: rate of the length for a unit of each component of the ring's twist (linear, angular; in P).
-    fn row(&self) -> Vector6<f64> {
+    fn jacobian_row(&self) -> Vector6<f64> {
         let turning = self.lever.cross(&self.direction);
         let (d, t) = (self.direction, turning);
         Vector6::new(d.x, d.y, d.z, t.x, t.y, t.z)
@@ -109,7 +109,8 @@ impl Hexapod {
         let (legs, deflections) = (self.legs(ring), self.deflections(ring));
         let twist = Vector6::from(twist.get());
         std::array::from_fn(|i| {
-            self.stiffness(i) * deflections[i] + self.damping_n_s_per_m * legs[i].row().dot(&twist)
+            self.stiffness(i) * deflections[i]
+                + self.damping_n_s_per_m * legs[i].jacobian_row().dot(&twist)
         })
     }
 
@@ -119,7 +120,9 @@ impl Hexapod {
         let sum = legs
             .iter()
             .zip(cells)
-            .fold(Vector6::zeros(), |sum, (leg, n)| sum - leg.row() * *n);
+            .fold(Vector6::zeros(), |sum, (leg, n)| {
+                sum - leg.jacobian_row() * *n
+            });
         Wrench::of(&sum.into())
     }
 
@@ -134,7 +137,7 @@ impl Hexapod {
     /// Power that the dampers dissipate, W.
     pub(crate) fn loss_w(&self, ring: &Pose<f64>, twist: &Twist<f64>) -> f64 {
         let twist = Vector6::from(twist.get());
-        let rates = self.legs(ring).map(|leg| leg.row().dot(&twist));
+        let rates = self.legs(ring).map(|leg| leg.jacobian_row().dot(&twist));
         rates
             .iter()
             .map(|rate| self.damping_n_s_per_m * rate * rate)
@@ -145,7 +148,7 @@ impl Hexapod {
     pub(crate) fn resistance(&self, ring: &Pose<f64>, step_s: f64) -> Matrix6<f64> {
         let legs = self.legs(ring);
         (0..6).fold(Matrix6::zeros(), |sum, i| {
-            let row = legs[i].row();
+            let row = legs[i].jacobian_row();
             sum + row * row.transpose() * (self.damping_n_s_per_m + self.stiffness(i) * step_s)
         })
     }
@@ -226,7 +229,7 @@ pub(crate) mod tests {
         );
         let applied = Vector6::new(300.0, -200.0, 100.0, 40.0, -60.0, 20.0);
         let legs = LEGS.legs(&ring);
-        let columns = Matrix6::from_columns(&legs.map(|leg| leg.row()));
+        let columns = Matrix6::from_columns(&legs.map(|leg| leg.jacobian_row()));
         let cells = columns.lu().solve(&-applied).unwrap();
         let found = LEGS.wrench(&ring, &cells.into()).get();
         for (found, applied) in found.iter().zip(applied.iter()) {

@@ -14,10 +14,10 @@
 //! Everything here is a function of its arguments, allocates nothing and never panics. The simulated rig, predictions and
 //! tests use the same code. Equations and sources: docs/mechanisms.md.
 
-mod book;
 mod contact;
 mod docking;
 mod eddy_current;
+mod energy_balance;
 mod hexapod;
 mod hunt_crossley;
 mod loads;
@@ -28,10 +28,10 @@ mod socket;
 mod soft_capture;
 mod two_stage;
 
-pub use book::{Booked, EnergyBook};
 pub use contact::Surface;
 pub use docking::{Docking, DockingSettings, Joint, Kind};
 pub use eddy_current::EddyCurrent;
+pub use energy_balance::{EnergyBalance, EnergyTracked};
 pub use hexapod::Hexapod;
 pub use hunt_crossley::HuntCrossley;
 pub use loads::Loads;

@@ -149,7 +149,7 @@ impl Mechanism for ProbeCone {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{Body, Pair, meet};
+    use crate::testing::{Body, Pair, collide};
     use std::f64::consts::PI;
 
     fn cone(friction_coefficient: f64) -> ProbeCone {
@@ -187,18 +187,19 @@ mod tests {
     fn a_smooth_bounce_is_that_of_the_effective_mass() {
         // Slow, so that neither body turns noticeably during the contact.
         let mut pair = pair(-0.0617, 0.06, 1e-4);
-        let met = meet(&mut pair, cone(0.0), 1e-5, 10_000_000).unwrap();
-        let (point, normal) = (met.point, met.normal);
-        let inverse = pair.k.answer(&point, &normal) + pair.q.answer(&point, &normal);
+        let collision = collide(&mut pair, cone(0.0), 1e-5, 10_000_000).unwrap();
+        let (point, normal) = (collision.point, collision.normal);
+        let inverse = pair.k.inverse_effective_mass(&point, &normal)
+            + pair.q.inverse_effective_mass(&point, &normal);
         let expected_s = PI / (2e5 * inverse).sqrt();
         assert!(
-            (met.duration_s / expected_s - 1.0).abs() < 1e-3,
+            (collision.duration_s / expected_s - 1.0).abs() < 1e-3,
             "{} {expected_s}",
-            met.duration_s
+            collision.duration_s
         );
         assert!(
-            (met.parting_m_s / met.closing_m_s + 1.0).abs() < 1e-3,
-            "{met:?}"
+            (collision.parting_m_s / collision.closing_m_s + 1.0).abs() < 1e-3,
+            "{collision:?}"
         );
     }
 
@@ -208,7 +209,7 @@ mod tests {
         for friction in [0.0, 0.15, 0.4] {
             let mut pair = pair(-0.09, 0.08, 0.05);
             let (before, energy) = (pair.momentum(), pair.kinetic_j());
-            let met = meet(&mut pair, cone(friction), 2e-5, 1_000_000).unwrap();
+            let collision = collide(&mut pair, cone(friction), 2e-5, 1_000_000).unwrap();
             let after = pair.momentum();
             let (linear, angular) = (after.0 - before.0, after.1 - before.1);
             assert!(
@@ -217,15 +218,15 @@ mod tests {
             );
             let gone = energy - pair.kinetic_j();
             assert!(
-                met.book.imbalance_j().abs() < 1e-3 * energy,
-                "{friction}: {met:?}"
+                collision.balance.imbalance_j().abs() < 1e-3 * energy,
+                "{friction}: {collision:?}"
             );
-            let kept = met.book.stored_j + met.book.dissipated_j;
+            let kept = collision.balance.stored_j + collision.balance.dissipated_j;
             assert!(
                 (kept - gone).abs() < 2e-3 * energy,
-                "{friction}: {met:?} lost {gone} of {energy}"
+                "{friction}: {collision:?} lost {gone} of {energy}"
             );
-            assert!((friction > 0.0) == (met.book.dissipated_j > 1e-3 * energy));
+            assert!((friction > 0.0) == (collision.balance.dissipated_j > 1e-3 * energy));
         }
     }
 

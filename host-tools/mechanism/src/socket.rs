@@ -167,7 +167,7 @@ impl Mechanism for Socket {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Booked;
+    use crate::EnergyTracked;
     use nalgebra::UnitQuaternion;
 
     fn socket() -> Socket {
@@ -188,27 +188,31 @@ mod tests {
 
     /// A mass flies into the socket. Returns the times at which it passes the place of capture, the mechanism, and the mass's
     /// final velocity.
-    fn ring_down(socket: Socket, mass_kg: f64, speed_m_s: f64) -> (Vec<f64>, Booked<Socket>, f64) {
+    fn ring_down(
+        socket: Socket,
+        mass_kg: f64,
+        speed_m_s: f64,
+    ) -> (Vec<f64>, EnergyTracked<Socket>, f64) {
         let step_s = 1e-5;
         let (mut x, mut v) = (-0.02, speed_m_s);
-        let mut booked = Booked::new(socket);
+        let mut tracked = EnergyTracked::new(socket);
         let mut force = 0.0;
         let mut passes = Vec::new();
         for step in 0..200_000 {
             v += force / mass_kg * step_s;
             let before = x;
             x += v * step_s;
-            force = booked
+            force = tracked
                 .advance(&Relative::along_x(x, v), step_s)
                 .wrench
                 .force
                 .x;
-            let held = booked.mechanism.held.map(|held| held.translation.x);
+            let held = tracked.mechanism.held.map(|held| held.translation.x);
             if held.is_some_and(|held| (before - held) * (x - held) < 0.0) {
                 passes.push(f64::from(step) * step_s);
             }
         }
-        (passes, booked, v)
+        (passes, tracked, v)
     }
 
     #[test]
@@ -232,7 +236,7 @@ mod tests {
             ..socket()
         };
         let (mass, speed) = (500.0, 0.03);
-        let (passes, booked, v) = ring_down(damped, mass, speed);
+        let (passes, tracked, v) = ring_down(damped, mass, speed);
         let half_s = (passes[passes.len() - 1] - passes[0]) / (passes.len() - 1) as f64;
         let zeta = 200.0 / (2.0 * (2e5 * mass).sqrt());
         let expected = (2e5 / mass).sqrt() * (1.0 - zeta * zeta).sqrt();
@@ -240,10 +244,10 @@ mod tests {
             (std::f64::consts::PI / half_s / expected - 1.0).abs() < 1e-3,
             "{half_s} {expected}"
         );
-        let (book, energy) = (booked.book(), 0.5 * mass * speed * speed);
-        assert!(book.imbalance_j().abs() < 1e-3 * energy, "{book:?}");
-        let now = 0.5 * mass * v * v + book.stored_j + book.dissipated_j;
-        assert!((now / energy - 1.0).abs() < 1e-3, "{book:?}");
+        let (balance, energy) = (tracked.balance(), 0.5 * mass * speed * speed);
+        assert!(balance.imbalance_j().abs() < 1e-3 * energy, "{balance:?}");
+        let now = 0.5 * mass * v * v + balance.stored_j + balance.dissipated_j;
+        assert!((now / energy - 1.0).abs() < 1e-3, "{balance:?}");
     }
 
     /// A latch that slips gives way at its force limit, keeps that force, and dissipates the rest.
@@ -254,13 +258,13 @@ mod tests {
             ..socket()
         };
         let (mass, speed) = (500.0, 0.05);
-        let (_, booked, v) = ring_down(weak, mass, speed);
-        let held = booked.mechanism.held.unwrap().translation;
+        let (_, tracked, v) = ring_down(weak, mass, speed);
+        let held = tracked.mechanism.held.unwrap().translation;
         assert!(held.x > -0.01 + 1e-4, "{held}");
-        let (book, energy) = (booked.book(), 0.5 * mass * speed * speed);
-        let now = 0.5 * mass * v * v + book.stored_j + book.dissipated_j;
-        assert!((now / energy - 1.0).abs() < 1e-3, "{book:?}");
-        assert!(book.dissipated_j > 0.1 * energy, "{book:?}");
+        let (balance, energy) = (tracked.balance(), 0.5 * mass * speed * speed);
+        let now = 0.5 * mass * v * v + balance.stored_j + balance.dissipated_j;
+        assert!((now / energy - 1.0).abs() < 1e-3, "{balance:?}");
+        assert!(balance.dissipated_j > 0.1 * energy, "{balance:?}");
     }
 
     /// The limiter stores no energy for the angle at capture, and acts only against a further rotation.

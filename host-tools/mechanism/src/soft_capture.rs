@@ -236,7 +236,7 @@ impl Mechanism for SoftCapture {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Booked;
+    use crate::EnergyTracked;
     use crate::hexapod::tests::LEGS;
     use crate::testing::{Body, Pair};
 
@@ -306,29 +306,29 @@ mod tests {
         for (friction, home) in [(0.0, true), (0.2, true), (1.3, false)] {
             let mut pair = pair(0.1);
             let (before, energy) = (pair.momentum(), pair.kinetic_j());
-            let mut booked = Booked::new(ring(friction));
+            let mut tracked = EnergyTracked::new(ring(friction));
             for _ in 0..60_000 {
                 let at = pair.relative();
-                let wrench = booked.advance(&at, 2e-4).wrench;
+                let wrench = tracked.advance(&at, 2e-4).wrench;
                 pair.step(&wrench, 2e-4);
             }
             assert_eq!(
-                booked.mechanism.captured(),
+                tracked.mechanism.captured(),
                 home,
                 "{friction}: {:?}",
                 pair.relative()
             );
             let after = pair.momentum();
             assert!((after.0 - before.0).norm() < 1e-7 && (after.1 - before.1).norm() < 1e-6);
-            let book = booked.book();
+            let balance = tracked.balance();
             assert!(
-                book.imbalance_j().abs() < 0.01 * energy,
-                "{friction}: {book:?}"
+                balance.imbalance_j().abs() < 0.01 * energy,
+                "{friction}: {balance:?}"
             );
-            let left = pair.kinetic_j() + book.stored_j + book.dissipated_j;
+            let left = pair.kinetic_j() + balance.stored_j + balance.dissipated_j;
             assert!(
                 (left / energy - 1.0).abs() < 0.01,
-                "{friction}: {left} of {energy}, {book:?}"
+                "{friction}: {left} of {energy}, {balance:?}"
             );
         }
     }

@@ -1,6 +1,6 @@
 //! Bodies that collide with a mechanism, for tests.
 
-use crate::{Booked, EnergyBook, Mechanism, Relative};
+use crate::{EnergyBalance, EnergyTracked, Mechanism, Relative};
 use nalgebra::{Point3, Translation3, UnitQuaternion, Vector3};
 use softdock_control::frames::{Pose, Twist, Wrench};
 
@@ -10,7 +10,7 @@ pub(crate) struct Bounce {
     pub(crate) restitution: f64,
     pub(crate) duration_s: f64,
     pub(crate) depth_m: f64,
-    pub(crate) book: EnergyBook,
+    pub(crate) balance: EnergyBalance,
 }
 
 impl Bounce {
@@ -18,9 +18,12 @@ impl Bounce {
     /// the mass's energy.
     pub(crate) fn assert_balanced(&self, mass_kg: f64, speed_m_s: f64, share: f64) {
         let energy = 0.5 * mass_kg * speed_m_s * speed_m_s;
-        assert!(self.book.imbalance_j().abs() < share * energy, "{self:?}");
+        assert!(
+            self.balance.imbalance_j().abs() < share * energy,
+            "{self:?}"
+        );
         let gone = energy * (1.0 - self.restitution * self.restitution);
-        let left = self.book.dissipated_j + self.book.stored_j;
+        let left = self.balance.dissipated_j + self.balance.stored_j;
         assert!(
             (left - gone).abs() < 10.0 * share * energy,
             "{self:?} lost {gone}"
@@ -37,14 +40,18 @@ pub(crate) fn bounce(
 ) -> Bounce {
     let (mut x, mut v, mut t) = (0.0, speed_m_s, 0.0);
     let mut depth_m = 0.0_f64;
-    let mut booked = Booked::new(mechanism);
-    let mut force = booked.advance(&Relative::along_x(x, v), 0.0).wrench.force.x;
+    let mut tracked = EnergyTracked::new(mechanism);
+    let mut force = tracked
+        .advance(&Relative::along_x(x, v), 0.0)
+        .wrench
+        .force
+        .x;
     for _ in 0..10_000_000 {
         v += force / mass_kg * step_s;
         x += v * step_s;
         t += step_s;
         depth_m = depth_m.max(x);
-        force = booked
+        force = tracked
             .advance(&Relative::along_x(x, v), step_s)
             .wrench
             .force
@@ -57,7 +64,7 @@ pub(crate) fn bounce(
         restitution: -v / speed_m_s,
         duration_s: t,
         depth_m,
-        book: booked.book(),
+        balance: tracked.balance(),
     }
 }
 
@@ -99,7 +106,11 @@ impl Body {
     }
 
     /// Change of velocity of a point along a normal per unit impulse along it at that point, 1/kg.
-    pub(crate) fn answer(&self, point: &Vector3<f64>, normal: &Vector3<f64>) -> f64 {
+    pub(crate) fn inverse_effective_mass(
+        &self,
+        point: &Vector3<f64>,
+        normal: &Vector3<f64>,
+    ) -> f64 {
         let lever = point - self.pose.translation.vector;
         let own = self.pose.rotation.inverse() * lever.cross(normal);
         1.0 / self.mass + own.dot(&own.component_div(&self.inertia))
@@ -163,7 +174,7 @@ impl Pair {
 
 /// Result of the collision of two bodies.
 #[derive(Debug)]
-pub(crate) struct Met {
+pub(crate) struct CollisionResult {
     /// Point and direction of the first force on K, in the world.
     pub(crate) point: Vector3<f64>,
     pub(crate) normal: Vector3<f64>,
@@ -171,29 +182,29 @@ pub(crate) struct Met {
     /// Speeds along the first normal before and after.
     pub(crate) closing_m_s: f64,
     pub(crate) parting_m_s: f64,
-    pub(crate) book: EnergyBook,
+    pub(crate) balance: EnergyBalance,
 }
 
 /// Two bodies fly until they have met and separated, for at most `steps` steps.
-pub(crate) fn meet(
+pub(crate) fn collide(
     pair: &mut Pair,
     mechanism: impl Mechanism,
     step_s: f64,
     steps: usize,
-) -> Option<Met> {
-    let mut booked = Booked::new(mechanism);
-    let mut met: Option<Met> = None;
+) -> Option<CollisionResult> {
+    let mut tracked = EnergyTracked::new(mechanism);
+    let mut collision: Option<CollisionResult> = None;
     for _ in 0..steps {
         let at = pair.relative();
-        let wrench = booked.advance(&at, step_s).wrench;
+        let wrench = tracked.advance(&at, step_s).wrench;
         if wrench != Wrench::zero() {
-            let met = met.get_or_insert_with(|| first_touch(pair, &wrench));
-            met.duration_s += step_s;
-        } else if let Some(mut met) = met {
-            let apart = pair.k.velocity_at(&met.point) - pair.q.velocity_at(&met.point);
-            met.parting_m_s = apart.dot(&met.normal);
-            met.book = booked.book();
-            return Some(met);
+            let collision = collision.get_or_insert_with(|| first_touch(pair, &wrench));
+            collision.duration_s += step_s;
+        } else if let Some(mut collision) = collision {
+            let apart = pair.k.velocity_at(&collision.point) - pair.q.velocity_at(&collision.point);
+            collision.parting_m_s = apart.dot(&collision.normal);
+            collision.balance = tracked.balance();
+            return Some(collision);
         }
         pair.step(&wrench, step_s);
     }
@@ -201,17 +212,17 @@ pub(crate) fn meet(
 }
 
 /// The line of action of a pure force passes through the foot of the perpendicular from J.
-fn first_touch(pair: &Pair, wrench: &Wrench<f64>) -> Met {
+fn first_touch(pair: &Pair, wrench: &Wrench<f64>) -> CollisionResult {
     let foot = wrench.force.cross(&wrench.torque) / wrench.force.norm_squared();
     let point = (pair.k.pose * Point3::from(pair.k_from_j + foot)).coords;
     let normal = pair.k.pose.rotation * wrench.force.normalize();
     let apart = pair.k.velocity_at(&point) - pair.q.velocity_at(&point);
-    Met {
+    CollisionResult {
         point,
         normal,
         duration_s: 0.0,
         closing_m_s: apart.dot(&normal),
         parting_m_s: 0.0,
-        book: EnergyBook::default(),
+        balance: EnergyBalance::default(),
     }
 }

@@ -59,14 +59,14 @@ impl Axis {
     }
 
     /// The range in the unit of the numbers on the axis.
-    pub(super) fn shown(&self) -> Range<f64> {
+    pub(super) fn shown_range(&self) -> Range<f64> {
         let unit = 10f64.powi(-self.exponent);
         self.range.start * unit..self.range.end * unit
     }
 
     /// Round numbers along the axis, as plotters chooses them.
     fn ticks(&self) -> Vec<f64> {
-        RangedCoordf64::from(self.shown()).key_points(self.most_ticks)
+        RangedCoordf64::from(self.shown_range()).key_points(self.most_ticks)
     }
 
     /// A number on the axis, with a true minus sign.

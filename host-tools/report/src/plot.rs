@@ -164,7 +164,7 @@ impl Plot {
             .margin_bottom(2 * SCALE)
             .x_label_area_size(X_AXIS_PX * SCALE)
             .y_label_area_size(units(label_px + Y_AXIS_PX))
-            .build_cartesian_2d(x.shown(), y.shown())?;
+            .build_cartesian_2d(x.shown_range(), y.shown_range())?;
         let below = Pos::new(HPos::Center, VPos::Top);
         chart
             .configure_mesh()

@@ -123,7 +123,7 @@ impl Cell {
     }
 
     /// The text for both readers, with the sign of the mark.
-    pub(super) fn shown(&self) -> String {
+    pub(super) fn display_text(&self) -> String {
         match self.mark {
             Some(mark) => format!("{} {}", mark.sign(), self.content),
             None => self.content.clone(),
@@ -180,7 +180,7 @@ impl Table {
         let row = |row: &Vec<Cell>| {
             let cell = |index: usize| {
                 let class = self.class(index, row.get(index));
-                let shown = row.get(index).map(Cell::shown).unwrap_or_default();
+                let shown = row.get(index).map(Cell::display_text).unwrap_or_default();
                 format!("<td{class}>{}</td>", text::escape(&shown))
             };
             let cells: String = columns.clone().map(cell).collect();

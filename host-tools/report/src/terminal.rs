@@ -155,8 +155,8 @@ impl Table {
     fn longest_in(&self, column: usize) -> usize {
         let cells = self.rows.iter().filter_map(|row| row.get(column));
         let longest = cells.map(|cell| match self.is_numeric(column) {
-            true => cell.shown().chars().count(),
-            false => longest_word(&cell.shown()),
+            true => cell.display_text().chars().count(),
+            false => longest_word(&cell.display_text()),
         });
         longest.max().unwrap_or(1)
     }
@@ -177,7 +177,7 @@ impl Table {
         terminal.set_header((0..self.width()).map(head).collect::<Vec<_>>());
         for row in &self.rows {
             let cell = |index: usize| {
-                let shown = row.get(index).map(Cell::shown).unwrap_or_default();
+                let shown = row.get(index).map(Cell::display_text).unwrap_or_default();
                 aligned(index, shown)
             };
             terminal.add_row((0..self.width()).map(cell).collect::<Vec<_>>());

@@ -263,8 +263,8 @@ struct Straight {
 
 impl Fit {
     /// Sum of squares that the fit explains beyond the mean, less the part that so many groups explain by chance.
-    pub fn explained(&self) -> f64 {
-        let by_chance = self.groups.saturating_sub(1) as f64 * self.left();
+    pub fn explained_squares(&self) -> f64 {
+        let by_chance = self.groups.saturating_sub(1) as f64 * self.residual_variance();
         (self.about_mean - self.within - by_chance).max(0.0)
     }
 
@@ -274,7 +274,7 @@ impl Fit {
     }
 
     /// Residual variance of the fit.
-    fn left(&self) -> f64 {
+    fn residual_variance(&self) -> f64 {
         self.within / self.count.saturating_sub(self.groups).max(1) as f64
     }
 
@@ -340,7 +340,7 @@ mod tests {
                 .collect();
             let fit = Groups::along(along.clone()).unwrap().fit(&series);
             let signal: f64 = along.iter().map(|x| shape(*x).powi(2)).sum();
-            let share = fit.explained() / signal;
+            let share = fit.explained_squares() / signal;
             assert!((share - 1.0).abs() < 0.05, "{share}");
             assert!((fit.mean - 5.0).abs() < 0.15, "{}", fit.mean);
             assert!(fit.p() < 1e-12);

@@ -88,7 +88,7 @@ impl AccessToken {
     }
 
     /// A redirect that sets the cookie and removes the token from the address.
-    pub(super) fn kept(&self, port: u16) -> Response {
+    pub(super) fn redirect_with_cookie(&self, port: u16) -> Response {
         let name = cookie_name(port);
         let cookie = format!("{name}={}; Path=/; HttpOnly; SameSite=Strict", self.0);
         (

@@ -113,7 +113,7 @@ pub(super) async fn remove(
     let Json(removal) = removal?;
     work(move || {
         let file = unchanged(&bench, &id, &[&removal.if_match])?;
-        let edited = file.without(&effect)?;
+        let edited = file.without_effect(&effect)?;
         let mut if_match = removal.if_match;
         if removal.write {
             edited.save()?;

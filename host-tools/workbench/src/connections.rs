@@ -33,43 +33,43 @@ pub(super) struct Bounded {
 
 /// Number of answers that are being computed for a connection.
 #[derive(Clone, Default)]
-pub(super) struct Working(Arc<AtomicUsize>);
+pub(super) struct ActiveRequests(Arc<AtomicUsize>);
 
 tokio::task_local! {
-    static WORKING: Working;
+    static ACTIVE_REQUESTS: ActiveRequests;
 }
 
-impl Connected<IncomingStream<'_, Bounded>> for Working {
+impl Connected<IncomingStream<'_, Bounded>> for ActiveRequests {
     fn connect_info(stream: IncomingStream<'_, Bounded>) -> Self {
-        stream.io().working.clone()
+        stream.io().active.clone()
     }
 }
 
 /// Makes the connection known to the handler of a request.
-pub(super) async fn known(
-    ConnectInfo(working): ConnectInfo<Working>,
+pub(super) async fn with_connection(
+    ConnectInfo(active): ConnectInfo<ActiveRequests>,
     request: Request,
     next: Next,
 ) -> Response {
-    WORKING.scope(working, next.run(request)).await
+    ACTIVE_REQUESTS.scope(active, next.run(request)).await
 }
 
 /// Marks an answer as being computed until this is dropped; meanwhile its connection is kept.
-pub(super) struct Work(Option<Working>);
+pub(super) struct ActiveRequest(Option<ActiveRequests>);
 
-impl Work {
+impl ActiveRequest {
     pub(super) fn begin() -> Self {
-        let working = WORKING.try_with(Working::clone).ok();
-        if let Some(Working(count)) = &working {
+        let active = ACTIVE_REQUESTS.try_with(ActiveRequests::clone).ok();
+        if let Some(ActiveRequests(count)) = &active {
             count.fetch_add(1, Ordering::Relaxed);
         }
-        Self(working)
+        Self(active)
     }
 }
 
-impl Drop for Work {
+impl Drop for ActiveRequest {
     fn drop(&mut self) {
-        if let Some(Working(count)) = &self.0 {
+        if let Some(ActiveRequests(count)) = &self.0 {
             count.fetch_sub(1, Ordering::Relaxed);
         }
     }
@@ -80,7 +80,7 @@ pub(super) struct Connection<S> {
     stream: S,
     /// Expires when there was no traffic for [`SILENCE`].
     silent: Pin<Box<Sleep>>,
-    working: Working,
+    active: ActiveRequests,
     _place: Option<OwnedSemaphorePermit>,
 }
 
@@ -105,7 +105,7 @@ impl<S> Connection<S> {
         Self {
             stream,
             silent: Box::pin(sleep(SILENCE)),
-            working: Working::default(),
+            active: ActiveRequests::default(),
             _place: place,
         }
     }
@@ -121,7 +121,7 @@ impl<S> Connection<S> {
             return attempt;
         }
         while self.silent.as_mut().poll(context).is_ready() {
-            if self.working.0.load(Ordering::Relaxed) == 0 {
+            if self.active.0.load(Ordering::Relaxed) == 0 {
                 return Poll::Ready(Err(io::ErrorKind::TimedOut.into()));
             }
             self.silent.as_mut().reset(Instant::now() + SILENCE);
@@ -194,12 +194,14 @@ mod tests {
     async fn who_waits_for_an_answer_keeps_its_place() {
         let (_client, server) = duplex(16);
         let mut connection = Connection::new(server, None);
-        let begin = async { Work::begin() };
-        let work = WORKING.scope(connection.working.clone(), begin).await;
+        let begin = async { ActiveRequest::begin() };
+        let request = ACTIVE_REQUESTS
+            .scope(connection.active.clone(), begin)
+            .await;
         let mut nothing = [0];
         let waited = tokio::time::timeout(5 * SILENCE, connection.read(&mut nothing)).await;
         assert!(waited.is_err());
-        drop(work);
+        drop(request);
         let ended = connection.read(&mut nothing).await;
         assert_eq!(ended.unwrap_err().kind(), io::ErrorKind::TimedOut);
     }

@@ -1,6 +1,6 @@
 //! Caches of recordings and predictions: a page asks for many channels of one recording.
 
-use super::folder::{Folder, Found};
+use super::folder::{Folder, FolderFile};
 use super::problem::Problem;
 use anyhow::{Context, Result};
 use serde::Serialize;
@@ -63,7 +63,7 @@ impl Files {
     /// The file cannot be opened. This is not cached, as it may change without a change of the file.
     pub(super) fn about(
         &self,
-        found: &Found,
+        found: &FolderFile,
         look: impl FnOnce() -> About,
     ) -> Result<About, Problem> {
         let key = (found.id.clone(), found.bytes, found.changed_s);
@@ -159,7 +159,7 @@ mod tests {
     #[test]
     fn a_file_that_could_not_be_opened_is_looked_at_again() {
         let folder = tempfile::tempdir().unwrap();
-        let found = Found {
+        let found = FolderFile {
             id: "run.mcap".to_owned(),
             path: folder.path().join("run.mcap"),
             bytes: 3,

@@ -21,7 +21,7 @@ pub(super) struct Folder {
 
 /// A file of the folder.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Found {
+pub(super) struct FolderFile {
     /// Path relative to the folder, with `/`.
     pub(super) id: String,
     pub(super) path: PathBuf,
@@ -102,7 +102,7 @@ impl Folder {
     }
 
     /// Files with this ending, the newest first.
-    pub(super) fn list(&self, ending: &str) -> Vec<Found> {
+    pub(super) fn list(&self, ending: &str) -> Vec<FolderFile> {
         let mut found = Vec::new();
         self.walk(&self.root, DEPTH, ending, &mut found);
         found.sort_by(|a, b| b.changed_s.cmp(&a.changed_s).then(a.id.cmp(&b.id)));
@@ -110,7 +110,7 @@ impl Folder {
         found
     }
 
-    fn walk(&self, folder: &Path, depth: usize, ending: &str, found: &mut Vec<Found>) {
+    fn walk(&self, folder: &Path, depth: usize, ending: &str, found: &mut Vec<FolderFile>) {
         // Entries that cannot be read are not listed.
         let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
         for entry in entries {
@@ -125,19 +125,19 @@ impl Folder {
             if kind.is_dir() && depth > 0 && !SKIPPED.contains(&name) {
                 self.walk(&path, depth - 1, ending, found);
             } else if !kind.is_dir() && has(&path, ending) {
-                found.extend(self.found(path));
+                found.extend(self.entry(path));
             }
         }
     }
 
     /// A file for the list; None for a link that leads out of the folder.
-    fn found(&self, path: PathBuf) -> Option<Found> {
+    fn entry(&self, path: PathBuf) -> Option<FolderFile> {
         let id = path.strip_prefix(&self.root).ok()?.to_str()?;
         let id = id.replace(std::path::MAIN_SEPARATOR, "/");
         let path = self.file(&id, path.extension()?.to_str()?).ok()?;
         let about = std::fs::metadata(&path).ok()?;
         let changed = about.modified().unwrap_or(SystemTime::UNIX_EPOCH);
-        Some(Found {
+        Some(FolderFile {
             id,
             bytes: about.len(),
             changed_s: changed

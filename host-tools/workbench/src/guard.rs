@@ -54,7 +54,7 @@ pub(super) async fn guard(State(bench): State<Shared>, request: Request, next: N
 pub(super) async fn admit(State(bench): State<Shared>, request: Request, next: Next) -> Response {
     match bench.reach.token() {
         Some(token) if token.is_sent(request.headers(), bench.port) => next.run(request).await,
-        Some(token) if token.is_introduced(request.uri()) => token.kept(bench.port),
+        Some(token) if token.is_introduced(request.uri()) => token.redirect_with_cookie(bench.port),
         Some(_) => Problem::new(
             StatusCode::UNAUTHORIZED,
             "expected the token of `softdock workbench --token`: open the address that it printed, or send the header \

@@ -8,7 +8,7 @@ use anyhow::Result;
 use serde::Serialize;
 use serde_json::{Value, json};
 use softdock_app::record::CycleRecord;
-use softdock_io::telemetry::{Listener, Seen, Viewer};
+use softdock_io::telemetry::{BoardMessage, Listener, Viewer};
 use softdock_link::service::Machine;
 use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -129,11 +129,11 @@ struct Answers {
 }
 
 impl Frame {
-    fn see(&mut self, seen: Seen) {
+    fn see(&mut self, seen: BoardMessage) {
         match seen {
-            Seen::Firmware(identity) => self.firmware = Some(identity),
-            Seen::Cycle(cycle) => self.cycle(&cycle),
-            Seen::Machine(machine) => self.answers = Some(Answers::of(&machine)),
+            BoardMessage::Firmware(identity) => self.firmware = Some(identity),
+            BoardMessage::Cycle(cycle) => self.cycle(&cycle),
+            BoardMessage::Machine(machine) => self.answers = Some(Answers::of(&machine)),
         }
     }
 
@@ -188,7 +188,7 @@ fn listen_to(listener: &Listener, frames: &Sender<Arc<Value>>, stop: &AtomicBool
         while let Some(left) = until.checked_duration_since(Instant::now()) {
             match listener.receive(left) {
                 Some((datagram, _)) => viewer.accept(&datagram, &mut |seen| frame.see(seen)),
-                None => viewer.rest(&mut |seen| frame.see(seen)),
+                None => viewer.give_up_missing(&mut |seen| frame.see(seen)),
             }
         }
         if !frame.time_s.is_empty() {

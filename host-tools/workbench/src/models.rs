@@ -32,7 +32,7 @@ pub(super) struct Listed {
 
 /// A model file for the page, with its fingerprint.
 #[derive(Serialize)]
-pub(super) struct Seen {
+pub(super) struct ModelDocument {
     id: String,
     text: String,
     /// Fingerprint, to be sent with a change of the file.
@@ -77,10 +77,10 @@ pub(super) async fn list(State(bench): State<Shared>) -> Result<Json<Vec<Listed>
 pub(super) async fn one(
     State(bench): State<Shared>,
     Path(id): Path<String>,
-) -> Result<Json<Seen>, Problem> {
+) -> Result<Json<ModelDocument>, Problem> {
     work(move || {
         let file = open(&bench, &id)?;
-        Ok(Json(Seen {
+        Ok(Json(ModelDocument {
             id,
             if_match: fingerprint(file.text()),
             text: file.text().to_owned(),
@@ -140,7 +140,7 @@ pub(super) async fn prediction(
     let Query(drawn) = drawn?;
     work(move || {
         let model = match drawn.job {
-            Some(job) => bench.jobs.after(job)?,
+            Some(job) => bench.jobs.model_after(job)?,
             None => open(&bench, &drawn.model)?.model().clone(),
         };
         let prediction = bench

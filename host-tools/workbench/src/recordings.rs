@@ -1,7 +1,7 @@
 //! Recordings of the folder, and recorded quantities as series of numbers.
 
 use super::files::{About, fingerprint};
-use super::folder::Found;
+use super::folder::FolderFile;
 use super::problem::Problem;
 use super::state::{Shared, Workbench, work};
 use axum::Json;
@@ -25,7 +25,7 @@ pub(super) struct Listed {
 }
 
 /// Description of a recording from both ends of its file; a file that was cut off is read up to the cut.
-fn about(bench: &Workbench, found: &Found) -> About {
+fn about(bench: &Workbench, found: &FolderFile) -> About {
     let read = || {
         let recording = bench.files.recording(&bench.folder, &found.id)?;
         Ok(Outline::of(&recording))
@@ -59,7 +59,7 @@ pub(super) async fn list(State(bench): State<Shared>) -> Result<Json<Vec<Listed>
     work(of).await
 }
 
-fn listed(bench: &Workbench, found: Found) -> Listed {
+fn listed(bench: &Workbench, found: FolderFile) -> Listed {
     let about = bench.files.about(&found, || about(bench, &found));
     Listed {
         about: about.unwrap_or_else(|problem| broken(bench, problem)),

@@ -2,7 +2,7 @@
 
 use super::access::{AccessToken, Reach};
 use super::before::Before;
-use super::connections::{self, Bounded, MOST, Working};
+use super::connections::{self, ActiveRequests, Bounded, MOST};
 use super::files::Files;
 use super::folder::Folder;
 use super::jobs::queue::Jobs;
@@ -78,7 +78,7 @@ impl Server {
     /// The system takes the port away.
     pub fn serve(self) -> Result<()> {
         let places = Arc::new(Semaphore::new(MOST));
-        let app = router(self.bench).into_make_service_with_connect_info::<Working>();
+        let app = router(self.bench).into_make_service_with_connect_info::<ActiveRequests>();
         self.runtime.block_on(async {
             let mut serving = tokio::task::JoinSet::new();
             for listener in self.listeners {
@@ -155,7 +155,7 @@ fn router(bench: Shared) -> Router {
         .nest("/api", api)
         .fallback(async || Problem::not_found("there is nothing at this address"))
         .layer(DefaultBodyLimit::max(LARGEST_BODY))
-        .layer(from_fn(connections::known))
+        .layer(from_fn(connections::with_connection))
         .layer(from_fn_with_state(bench.clone(), guard::admit))
         .layer(from_fn_with_state(bench.clone(), guard::guard))
         .with_state(bench)

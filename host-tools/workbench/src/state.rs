@@ -2,7 +2,7 @@
 
 use super::access::Reach;
 use super::before::Before;
-use super::connections::Work;
+use super::connections::ActiveRequest;
 use super::files::Files;
 use super::folder::Folder;
 use super::jobs::queue::Jobs;
@@ -33,7 +33,7 @@ pub(super) type Shared = Arc<Workbench>;
 pub(super) async fn work<T: Send + 'static>(
     does: impl FnOnce() -> Result<T, Problem> + Send + 'static,
 ) -> Result<T, Problem> {
-    let _work = Work::begin();
+    let _request = ActiveRequest::begin();
     let ended = tokio::task::spawn_blocking(does).await;
     ended.unwrap_or_else(|_| {
         Err(Problem::new(

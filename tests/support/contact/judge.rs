@@ -23,15 +23,15 @@ pub(super) struct Judge {
     last: Option<CycleRecord>,
     fresh: Option<CycleRecord>,
     /// Largest velocity that was sent while that reading was not yet stale, m/s and rad/s.
-    fastest: [f64; 2],
+    largest_fresh_velocity: [f64; 2],
     faulted: bool,
     /// Energy in the wall when its force is at the threshold of the bound, counted twice (on the way in and on the way out),
     /// J.
-    unseen: f64,
+    unseen_j: f64,
     /// Largest energy of the model before its first load above the threshold, J, and whether there was such a load.
-    before: f64,
+    energy_before_contact_j: f64,
     touched: bool,
-    /// Largest energy of a guarded model, less `unseen`, divided by that before the contact.
+    /// Largest energy of a guarded model, less `unseen_j`, divided by that before the contact.
     pub(super) most_energy: f64,
 }
 
@@ -40,21 +40,21 @@ impl Judge {
     pub(super) fn new(settings: &BoardSettings, stiffness: f64) -> Self {
         let threshold_n = settings.control.delay.passivity.threshold_n;
         Self {
-            unseen: threshold_n * threshold_n / stiffness,
+            unseen_j: threshold_n * threshold_n / stiffness,
             settings: settings.clone(),
             reading: SensorSample::default(),
             unchanged: 0,
             last: None,
             fresh: None,
-            fastest: [0.0; 2],
+            largest_fresh_velocity: [0.0; 2],
             faulted: false,
-            before: 0.0,
+            energy_before_contact_j: 0.0,
             touched: false,
             most_energy: 0.0,
         }
     }
 
-    pub(super) fn look(&mut self, cycle: &Cycle, answered: &Answered) {
+    pub(super) fn check(&mut self, cycle: &Cycle, answered: &Answered) {
         let readable = !cycle.lost && cycle.text.is_none_or(|text| text.contains("{}"));
         let connected = cycle.sender == 0;
         if readable && connected {
@@ -88,9 +88,10 @@ impl Judge {
         self.last = Some(*record);
         let sent = parts(&record.trace.sent_velocity);
         if self.unchanged == 0 {
-            (self.fresh, self.fastest) = (Some(*record), sent);
+            (self.fresh, self.largest_fresh_velocity) = (Some(*record), sent);
         } else if self.unchanged <= self.settings.control.sensor.stale_after_cycles {
-            self.fastest = core::array::from_fn(|i| self.fastest[i].max(sent[i]));
+            self.largest_fresh_velocity =
+                core::array::from_fn(|i| self.largest_fresh_velocity[i].max(sent[i]));
         }
     }
 
@@ -111,7 +112,7 @@ impl Judge {
         };
         if self.unchanged > stale && fresh.trace.mode == Mode::Running {
             let now = parts(&record.trace.sent_velocity);
-            let (cycles, most) = (self.unchanged, self.fastest);
+            let (cycles, most) = (self.unchanged, self.largest_fresh_velocity);
             for (now, most) in now.into_iter().zip(most) {
                 assert!(
                     now <= most * (1.0 + 1e-9) + 1e-9,
@@ -185,10 +186,10 @@ impl Judge {
         self.touched |= loaded;
         if !self.touched {
             // Energy that noise has added is not due to a contact.
-            self.before = self.before.max(now);
+            self.energy_before_contact_j = self.energy_before_contact_j.max(now);
             return;
         }
-        let (now, before) = (now - self.unseen, self.before);
+        let (now, before) = (now - self.unseen_j, self.energy_before_contact_j);
         assert!(now <= before * LARGEST_ENERGY, "{now} J of {before} J");
         self.most_energy = self.most_energy.max(now / before);
     }
@@ -207,7 +208,7 @@ impl Judge {
                 Some(Command::Start),
                 Some(Command::Stop),
             ][n as usize % 4];
-            self.look(&cycle, &line.run(&cycle));
+            self.check(&cycle, &line.run(&cycle));
             assert!(self.faulted);
         }
     }

@@ -160,7 +160,7 @@ impl Case {
                 FAULTS[spoil].1(&mut cycle, &mut line, moment);
             }
             let answered = line.run(&cycle);
-            judge.look(&cycle, &answered);
+            judge.check(&cycle, &answered);
             sample = plant.step(velocity(
                 &answered,
                 settings.control.robot.correction_decimals,

@@ -36,6 +36,17 @@ impl Dice {
     }
 }
 
+/// A fault that is present.
+#[derive(Clone, Copy)]
+struct PresentFault {
+    /// Its place in [`FAULTS`].
+    place: usize,
+    /// Cycles since its beginning.
+    since: u64,
+    /// Cycles that it lasts.
+    lasts: u64,
+}
+
 struct Soak<'a> {
     settings: BoardSettings,
     make: MakeBoard<'a>,
@@ -50,7 +61,7 @@ struct Soak<'a> {
     quiet: u64,
     /// Resets that did not end the present fault.
     resets: u64,
-    fault: Option<(usize, u64, u64)>,
+    fault: Option<PresentFault>,
     /// Reference position of the displacement, and the sum of the corrections since, in counts.
     drift: Option<([f64; 3], [i64; 3])>,
     /// Number of starts of the loop, of faults and of restarts.
@@ -148,22 +159,26 @@ impl<'a> Soak<'a> {
         cycle.command = self.operator();
         let reading = cycle.sample.unwrap_or_default();
         if self.fault.is_none() && self.dice.roll(RARELY) == 0 {
-            let kind = self.dice.roll(FAULTS.len() as u64) as usize;
-            self.fault = Some((kind, 0, 1 + self.dice.roll(60)));
+            self.fault = Some(PresentFault {
+                place: self.dice.roll(FAULTS.len() as u64) as usize,
+                since: 0,
+                lasts: 1 + self.dice.roll(60),
+            });
             self.faults += 1;
         }
         self.line.remember(reading, self.fault.is_none());
-        if let Some((kind, since, lasts)) = self.fault {
+        if let Some(fault) = self.fault {
             let moment = Moment {
-                since: since as usize,
+                since: fault.since as usize,
                 any: self.dice.roll(1 << 30),
             };
-            FAULTS[kind].1(&mut cycle, &mut self.line, moment);
-            self.fault = (since + 1 < lasts).then_some((kind, since + 1, lasts));
+            FAULTS[fault.place].1(&mut cycle, &mut self.line, moment);
+            let since = fault.since + 1;
+            self.fault = (since < fault.lasts).then_some(PresentFault { since, ..fault });
         }
         let answered = self.line.run(&cycle);
-        self.judge.look(&cycle, &answered);
-        self.look(&answered);
+        self.judge.check(&cycle, &answered);
+        self.check_drift(&answered);
         let decimals = self.settings.control.robot.correction_decimals;
         self.sample = self.plant.step(velocity(&answered, decimals));
     }
@@ -198,7 +213,7 @@ impl<'a> Soak<'a> {
     }
 
     /// Checks that the sum of the corrections equals the intended displacement, to one digit.
-    fn look(&mut self, answered: &Answered) {
+    fn check_drift(&mut self, answered: &Answered) {
         let Some(record) = &answered.record else {
             return;
         };

@@ -4,7 +4,7 @@
 use softdock_app::image::{IMAGE_MAX_BYTES, Image};
 use softdock_app::record::CycleRecord;
 use softdock_app::settings::BoardSettings;
-use softdock_app::telemetry::{Announcement, Datagram, Part, Stream};
+use softdock_app::telemetry::{Announcement, Datagram, MessagePart, Stream};
 use softdock_io::recording::Recording;
 use softdock_io::replay::Replay;
 use softdock_io::telemetry::{Bounds, Recorder};
@@ -112,7 +112,7 @@ impl Tape {
     }
 }
 
-fn written(part: Part<'_>) -> Datagram {
+fn written(part: MessagePart<'_>) -> Datagram {
     let mut datagram = Datagram::new();
     part.write(&mut datagram);
     datagram

@@ -124,7 +124,7 @@ impl Line for Board {
 
 /// Whatever a board answers, a host that makes every request comes to an end.
 pub(super) fn board_answers(input: &[u8]) {
-    let Ok(mut client) = Client::connect(Port::over(Board::new(input))) else {
+    let Ok(mut client) = Client::connect(Port::over_line(Board::new(input))) else {
         return;
     };
     let ended = |outcome: Result<(), LinkError>| outcome == Err(LinkError::Closed);

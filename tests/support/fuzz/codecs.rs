@@ -1,7 +1,7 @@
 //! Parsers of the data that a board receives.
 
 use softdock_app::image::Image;
-use softdock_app::telemetry::{Announcement, Part, read_machine, read_record};
+use softdock_app::telemetry::{Announcement, MessagePart, read_machine, read_record};
 use softdock_link::can::ati::{AtiConfig, AtiDriver};
 use softdock_link::can::sri::{SriConfig, SriDriver};
 use softdock_link::can::{CanSensor, Frame, Id};
@@ -108,7 +108,7 @@ pub(super) fn ethercat_sensor(input: &[u8]) {
             },
         };
         take(&mut driver, &exchange, n);
-        in_flight.sent(bytes);
+        in_flight.record_sent(bytes);
         let _ = in_flight.returned(data);
     }
 }
@@ -139,7 +139,7 @@ pub(super) fn image(input: &[u8]) {
 }
 
 pub(super) fn telemetry(input: &[u8]) {
-    let payload = match Part::read(input) {
+    let payload = match MessagePart::read(input) {
         Ok(part) => part.payload,
         Err(_) => input,
     };

@@ -4,7 +4,7 @@ use super::Script;
 use softdock_app::image::{IMAGE_MAX_BYTES, Image};
 use softdock_app::record::CycleRecord;
 use softdock_app::settings::BoardSettings;
-use softdock_app::telemetry::{Announcement, Datagram, Part, Stream};
+use softdock_app::telemetry::{Announcement, Datagram, MessagePart, Stream};
 use softdock_io::recording::Recording;
 use softdock_io::telemetry::{Bounds, Recorder};
 use std::net::SocketAddr;
@@ -12,8 +12,8 @@ use std::net::SocketAddr;
 /// Small limits, which a few datagrams reach.
 const BOUNDS: Bounds = Bounds {
     begun: 3,
-    piece_bytes: 1 << 20,
-    piece_cycles: 5,
+    file_bytes: 1 << 20,
+    file_cycles: 5,
     total_bytes: 1 << 20,
 };
 
@@ -30,7 +30,7 @@ pub(super) fn recorder(input: &[u8]) {
             0 => announcement(board, &mut script),
             1 => record(board, &mut script),
             2 => {
-                recorder.rest().unwrap();
+                recorder.give_up_missing().unwrap();
                 continue;
             }
             _ => vec![Datagram::from_slice(script.piece().unwrap_or_default()).unwrap()],
@@ -78,7 +78,7 @@ fn record(board: &mut Stream, script: &mut Script<'_>) -> Vec<Datagram> {
     parts.map(written).collect()
 }
 
-fn written(part: Part<'_>) -> Datagram {
+fn written(part: MessagePart<'_>) -> Datagram {
     let mut datagram = Datagram::new();
     part.write(&mut datagram);
     datagram
@@ -89,7 +89,7 @@ fn spoil(datagram: &mut Datagram, event: u8, script: &mut Script<'_>) {
     if event < 128 {
         return;
     }
-    let Ok(part) = Part::read(datagram) else {
+    let Ok(part) = MessagePart::read(datagram) else {
         return;
     };
     let mut payload = part.payload.to_vec();
@@ -97,7 +97,7 @@ fn spoil(datagram: &mut Datagram, event: u8, script: &mut Script<'_>) {
         *byte = script.byte().unwrap_or_default();
     }
     let [part_number, parts, sequence] = script.bytes();
-    *datagram = written(Part {
+    *datagram = written(MessagePart {
         part: part_number % 8,
         parts: parts % 8,
         sequence: part.sequence.wrapping_add(u32::from(sequence)),

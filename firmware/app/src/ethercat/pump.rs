@@ -55,7 +55,7 @@ fn send(
     while let Some(frame) = transmitter.next_sendable_frame() {
         let sent = frame.send_blocking(|bytes| match port.poll_send(context, bytes) {
             Poll::Ready(()) => {
-                in_flight.sent(bytes);
+                in_flight.record_sent(bytes);
                 Ok(bytes.len())
             }
             Poll::Pending => Err(Error::SendFrame),

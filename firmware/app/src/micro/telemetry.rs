@@ -94,7 +94,7 @@ pub(super) async fn encoder_task(encoder: Encoder) {
     };
     let stream = Stream::new(encoder.boot);
     let (slots, datagrams) = (encoder.slots, encoder.datagrams);
-    let machine = || SHARED.machine().told();
+    let machine = || SHARED.machine().to_machine();
     encode(
         slots,
         datagrams,

@@ -49,7 +49,7 @@ pub enum Kind {
 /// Numbers are little-endian. The parts of a message have consecutive sequence numbers, and all
 /// but the last are of full length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Part<'a> {
+pub struct MessagePart<'a> {
     /// Kind of the message.
     pub kind: Kind,
     /// Number of this part, below `parts`.
@@ -125,7 +125,7 @@ impl Kind {
     }
 }
 
-impl<'a> Part<'a> {
+impl<'a> MessagePart<'a> {
     /// Writes the datagram over whatever is in `out`.
     pub fn write(&self, out: &mut Datagram) {
         out.clear();

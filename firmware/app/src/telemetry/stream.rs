@@ -1,6 +1,6 @@
 //! Numbers the datagrams of a boot and splits messages into them.
 
-use super::datagram::{Kind, PAYLOAD_MAX_BYTES, Part};
+use super::datagram::{Kind, MessagePart, PAYLOAD_MAX_BYTES};
 use super::message::{Announcement, MESSAGE_MAX_BYTES, MessageError, schema};
 use crate::record::CycleRecord;
 use softdock_link::service::Machine;
@@ -37,7 +37,7 @@ impl Stream {
     }
 
     /// The datagrams of a record.
-    pub fn record(&mut self, record: &CycleRecord) -> Result<Parts<'_>, MessageError> {
+    pub fn record(&mut self, record: &CycleRecord) -> Result<MessageParts<'_>, MessageError> {
         self.message(Kind::Record, record)
     }
 
@@ -45,12 +45,12 @@ impl Stream {
     pub fn announcement(
         &mut self,
         announcement: &Announcement<'_>,
-    ) -> Result<Parts<'_>, MessageError> {
+    ) -> Result<MessageParts<'_>, MessageError> {
         self.message(Kind::Announcement, announcement)
     }
 
     /// The datagrams of the state of the board itself.
-    pub fn machine(&mut self, machine: &Machine) -> Result<Parts<'_>, MessageError> {
+    pub fn machine(&mut self, machine: &Machine) -> Result<MessageParts<'_>, MessageError> {
         self.message(Kind::Machine, machine)
     }
 
@@ -58,15 +58,15 @@ impl Stream {
         &mut self,
         kind: Kind,
         value: &impl serde::Serialize,
-    ) -> Result<Parts<'_>, MessageError> {
+    ) -> Result<MessageParts<'_>, MessageError> {
         let message =
             postcard::to_slice(value, &mut self.message).map_err(|_| MessageError::TooLong)?;
         let first = self.sequence;
         let parts = message.len().div_ceil(PAYLOAD_MAX_BYTES);
         let parts = u8::try_from(parts).map_err(|_| MessageError::TooLong)?;
         self.sequence = first.wrapping_add(u32::from(parts));
-        Ok(Parts {
-            next: Part {
+        Ok(MessageParts {
+            next: MessagePart {
                 kind,
                 part: 0,
                 parts,
@@ -83,18 +83,18 @@ impl Stream {
 
 /// The datagrams of a message, in their order.
 #[derive(Clone, Debug)]
-pub struct Parts<'a> {
+pub struct MessageParts<'a> {
     /// Header of the next one.
-    next: Part<'a>,
+    next: MessagePart<'a>,
     payloads: core::slice::Chunks<'a, u8>,
 }
 
-impl<'a> Iterator for Parts<'a> {
-    type Item = Part<'a>;
+impl<'a> Iterator for MessageParts<'a> {
+    type Item = MessagePart<'a>;
 
-    fn next(&mut self) -> Option<Part<'a>> {
+    fn next(&mut self) -> Option<MessagePart<'a>> {
         let payload = self.payloads.next()?;
-        let part = Part {
+        let part = MessagePart {
             payload,
             ..self.next
         };

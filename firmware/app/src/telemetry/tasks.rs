@@ -3,7 +3,7 @@
 use super::datagram::Datagram;
 use super::message::{Announcement, MessageError};
 use super::queue::Slot;
-use super::stream::{Parts, Stream};
+use super::stream::{MessageParts, Stream};
 use crate::board::{Clock, DatagramSink, IoError};
 use core::net::SocketAddr;
 use embassy_futures::select::{Either, select};
@@ -55,7 +55,7 @@ pub async fn encode<M: RawMutex>(
 
 /// Hands on the datagrams of a message. Waits for room.
 async fn forward<M: RawMutex>(
-    message: Result<Parts<'_>, MessageError>,
+    message: Result<MessageParts<'_>, MessageError>,
     datagrams: &mut Sender<'_, M, Datagram>,
 ) {
     // That every record fits is tested; an identity that is too long is not announced, and the

@@ -34,7 +34,7 @@ fn answers_are_measured_against_the_cycle_of_the_robot() {
     let machine = bench.shared.machine();
     assert_eq!(machine.answers.histogram.iter().sum::<u32>(), 300);
     assert!(u64::from(machine.answers.longest_us) < CYCLE_US);
-    assert_eq!(machine.answers.late(), 0);
+    assert_eq!(machine.answers.late_answers(), 0);
     assert!((machine.inputs.cycle_us - CYCLE_US as f32).abs() < 1.0);
     assert_eq!(machine.work, None);
 }

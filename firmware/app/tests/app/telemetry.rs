@@ -7,8 +7,8 @@ use embassy_sync::zerocopy_channel::Channel;
 use softdock_app::board::{DatagramSink, IoError, Recorder};
 use softdock_app::record::CycleRecord;
 use softdock_app::telemetry::{
-    ANNOUNCE_PERIOD_US, Announcement, Datagram, Kind, Part, RecordQueue, Slot, Stream, encode,
-    read_record, schema, transmit,
+    ANNOUNCE_PERIOD_US, Announcement, Datagram, Kind, MessagePart, RecordQueue, Slot, Stream,
+    encode, read_record, schema, transmit,
 };
 use softdock_link::service::Machine;
 use std::cell::{Cell, RefCell};
@@ -122,7 +122,7 @@ impl Telemetry {
     fn sent(&self) -> Vec<(Kind, u8, u32, u32, Option<u64>)> {
         let sent = self.network.sent.borrow();
         let read = |datagram: &Vec<u8>| {
-            let part = Part::read(datagram).unwrap();
+            let part = MessagePart::read(datagram).unwrap();
             assert_eq!((part.boot, part.schema), (BOOT, schema()));
             let record = (part.kind == Kind::Record).then(|| read_record(part.payload).unwrap());
             let cycle = record.map(|record| record.trace.cycle);
@@ -174,7 +174,9 @@ fn every_cycle_of_a_board_is_sent_once_with_all_its_numbers() {
         telemetry.run_for(4_000);
     }
     let sent = telemetry.network.sent.borrow();
-    let parts = sent.iter().map(|datagram| Part::read(datagram).unwrap());
+    let parts = sent
+        .iter()
+        .map(|datagram| MessagePart::read(datagram).unwrap());
     let received: Vec<CycleRecord> = parts
         .filter(|part| part.kind == Kind::Record)
         .map(|part| read_record(part.payload).unwrap())
@@ -225,7 +227,10 @@ fn closing_sends_what_waits_and_ends_the_tasks() {
     run(&world, &mut tasks, 0);
     assert!(tasks.iter().all(Task::has_ended));
     let sent = network.sent.borrow();
-    let parts: Vec<Part<'_>> = sent.iter().map(|sent| Part::read(sent).unwrap()).collect();
+    let parts: Vec<MessagePart<'_>> = sent
+        .iter()
+        .map(|sent| MessagePart::read(sent).unwrap())
+        .collect();
     let records = parts.iter().filter(|part| part.kind == Kind::Record);
     assert_eq!(records.count(), SLOTS);
     let last = parts.last().unwrap();

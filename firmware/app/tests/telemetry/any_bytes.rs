@@ -4,11 +4,11 @@ use proptest::prelude::*;
 use softdock_app::record::CycleRecord;
 use softdock_app::telemetry::{
     Announcement, DATAGRAM_MAX_BYTES, Datagram, DatagramError, HEADER_BYTES, Kind, MAGIC,
-    MessageError, Part, VERSION, read_record,
+    MessageError, MessagePart, VERSION, read_record,
 };
 
 fn example() -> Datagram {
-    let part = Part {
+    let part = MessagePart {
         kind: Kind::Record,
         part: 1,
         parts: 2,
@@ -43,7 +43,7 @@ fn a_flipped_bit_anywhere_is_refused() {
     for bit in 0..bytes.len() * 8 {
         let mut damaged = bytes.clone();
         damaged[bit / 8] ^= 1 << (bit % 8);
-        let error = Part::read(&damaged).unwrap_err();
+        let error = MessagePart::read(&damaged).unwrap_err();
         match bit / 8 {
             0..4 => assert_eq!(error, DatagramError::Foreign),
             4 => assert!(matches!(error, DatagramError::Version { .. })),
@@ -56,7 +56,10 @@ fn a_flipped_bit_anywhere_is_refused() {
 fn a_datagram_cut_off_anywhere_is_refused() {
     let bytes = example();
     for length in 0..bytes.len() {
-        assert!(Part::read(&bytes[..length]).is_err(), "{length} bytes");
+        assert!(
+            MessagePart::read(&bytes[..length]).is_err(),
+            "{length} bytes"
+        );
     }
 }
 
@@ -68,7 +71,7 @@ fn what_is_longer_than_any_datagram_is_refused() {
         most: DATAGRAM_MAX_BYTES,
         received: DATAGRAM_MAX_BYTES + 1,
     };
-    assert_eq!(Part::read(&bytes), Err(error));
+    assert_eq!(MessagePart::read(&bytes), Err(error));
 }
 
 #[test]
@@ -80,7 +83,7 @@ fn kinds_and_part_numbers_that_are_none_are_refused() {
         let checksum = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&bytes[..end]);
         bytes[end..].copy_from_slice(&checksum.to_le_bytes());
         assert_eq!(
-            Part::read(&bytes),
+            MessagePart::read(&bytes),
             Err(DatagramError::Header),
             "{place}: {value}"
         );
@@ -107,7 +110,7 @@ proptest! {
             bytes[..4].copy_from_slice(&MAGIC);
             bytes[4] = VERSION;
         }
-        prop_assert!(Part::read(&bytes).is_err());
+        prop_assert!(MessagePart::read(&bytes).is_err());
     }
 
     /// A valid checksum does not exclude nonsense written by the firmware.

@@ -5,15 +5,15 @@ use softdock_app::image::{IMAGE_MAX_BYTES, Image};
 use softdock_app::record::CycleRecord;
 use softdock_app::settings::BoardSettings;
 use softdock_app::telemetry::{
-    Announcement, DATAGRAM_MAX_BYTES, Datagram, Kind, MESSAGE_MAX_BYTES, MessageError,
-    PAYLOAD_MAX_BYTES, Part, Stream, read_record, schema,
+    Announcement, DATAGRAM_MAX_BYTES, Datagram, Kind, MESSAGE_MAX_BYTES, MessageError, MessagePart,
+    PAYLOAD_MAX_BYTES, Stream, read_record, schema,
 };
 use softdock_control::io::Sequence;
 use softdock_control::limits::LimitFlags;
 use softdock_control::modes::{Command, Fault, FaultCode, Mode, Refusal};
 
 /// All datagrams of a message, as bytes.
-fn datagrams<'a>(parts: impl Iterator<Item = Part<'a>>) -> Vec<Datagram> {
+fn datagrams<'a>(parts: impl Iterator<Item = MessagePart<'a>>) -> Vec<Datagram> {
     parts
         .map(|part| {
             let mut datagram = Datagram::new();
@@ -25,7 +25,9 @@ fn datagrams<'a>(parts: impl Iterator<Item = Part<'a>>) -> Vec<Datagram> {
 
 /// The message that the datagrams contain.
 fn message(datagrams: &[Datagram]) -> Vec<u8> {
-    let parts = datagrams.iter().map(|bytes| Part::read(bytes).unwrap());
+    let parts = datagrams
+        .iter()
+        .map(|bytes| MessagePart::read(bytes).unwrap());
     parts.flat_map(|part| part.payload.to_vec()).collect()
 }
 
@@ -69,7 +71,7 @@ proptest! {
         let mut stream = Stream::new(boot);
         stream.set_lost(lost);
         let sent = datagrams(stream.record(&record).unwrap());
-        let first = Part::read(&sent[0]).unwrap();
+        let first = MessagePart::read(&sent[0]).unwrap();
         prop_assert_eq!((first.kind, first.part, first.sequence), (Kind::Record, 0, 0));
         prop_assert_eq!((first.boot, first.schema, first.lost), (boot, schema(), lost));
         let received = read_record(&message(&sent)).unwrap();
@@ -89,7 +91,7 @@ proptest! {
         payload in prop::collection::vec(any::<u8>(), 0..=PAYLOAD_MAX_BYTES),
     ) {
         let [boot, sequence, schema, lost] = numbers;
-        let part = Part {
+        let part = MessagePart {
             kind: if record { Kind::Record } else { Kind::Announcement },
             part: part.index(usize::from(parts)) as u8,
             parts,
@@ -102,13 +104,13 @@ proptest! {
         let mut bytes = Datagram::new();
         part.write(&mut bytes);
         prop_assert!(bytes.len() <= DATAGRAM_MAX_BYTES);
-        prop_assert_eq!(Part::read(&bytes), Ok(part));
+        prop_assert_eq!(MessagePart::read(&bytes), Ok(part));
     }
 }
 
 #[test]
 fn a_part_without_payload_comes_back() {
-    let part = Part {
+    let part = MessagePart {
         kind: Kind::Machine,
         part: 0,
         parts: 1,
@@ -120,7 +122,7 @@ fn a_part_without_payload_comes_back() {
     };
     let mut bytes = Datagram::new();
     part.write(&mut bytes);
-    assert_eq!(Part::read(&bytes), Ok(part));
+    assert_eq!(MessagePart::read(&bytes), Ok(part));
 }
 
 #[test]
@@ -137,7 +139,7 @@ fn a_long_message_is_split_into_full_datagrams_with_consecutive_numbers() {
         assert_eq!(lengths[..2], [DATAGRAM_MAX_BYTES; 2]);
         assert_eq!(lengths.len(), 3);
         for (i, bytes) in (0..).zip(&sent) {
-            let part = Part::read(bytes).unwrap();
+            let part = MessagePart::read(bytes).unwrap();
             assert_eq!((part.part, part.parts), (i, 3));
             assert_eq!(part.sequence, round * 3 + u32::from(i));
         }
@@ -176,7 +178,7 @@ fn a_message_that_is_too_long_is_refused_and_takes_no_number() {
     let refused = stream.announcement(&announcement).map(Iterator::count);
     assert_eq!(refused, Err(MessageError::TooLong));
     let sent = datagrams(stream.record(&CycleRecord::default()).unwrap());
-    assert_eq!(Part::read(&sent[0]).unwrap().sequence, 0);
+    assert_eq!(MessagePart::read(&sent[0]).unwrap().sequence, 0);
 }
 
 /// The whole settings of the longest image and a long identity can be announced.

@@ -118,7 +118,7 @@ impl SensorBus for Bus {
             REGISTERS.ir().write(|w| w.set_rfl(0, true));
             return Err(IoError::Lost);
         }
-        let taken = can_fifo::taken();
+        let taken = can_fifo::frames_taken();
         let envelope = match poll_once(self.0.read()) {
             Poll::Ready(envelope) => envelope,
             // A frame was taken out of the controller but has not reached the driver's queue.

@@ -14,7 +14,7 @@ static BEGUN: [[AtomicU8; 2]; FIFOS] = [const { [const { AtomicU8::new(0) }; 2] 
 static TAKEN: AtomicU32 = AtomicU32::new(0);
 
 /// Frames taken out since boot.
-pub(crate) fn taken() -> u32 {
+pub(crate) fn frames_taken() -> u32 {
     TAKEN.load(Ordering::Relaxed)
 }
 
@@ -42,7 +42,7 @@ impl Handler<FDCAN1_IT0> for Behind {
                 next: next.load(Ordering::Relaxed),
             };
             // Nothing else writes it.
-            let taken = taken().wrapping_add(before.taken(look(number)));
+            let taken = frames_taken().wrapping_add(before.frames_taken_until(look(number)));
             TAKEN.store(taken, Ordering::Relaxed);
         }
     }

@@ -45,7 +45,7 @@ pub struct InFlight {
 
 impl InFlight {
     /// Records a frame that leaves, in place of the oldest.
-    pub fn sent(&mut self, frame: &[u8]) {
+    pub fn record_sent(&mut self, frame: &[u8]) {
         if let Some(place) = self.frames.get_mut(self.next) {
             *place = shape(frame);
         }
@@ -132,21 +132,21 @@ mod tests {
     fn a_frame_comes_back_once_with_other_data() {
         let mut wire = InFlight::default();
         let state = [FPRD, 2, 1, 0x10, 0x30, 1, 2, 0, 0, 0];
-        wire.sent(&frame(0x10, &[(&lrw(1, 0x80), &[0; 4]), (&state, &[0; 2])]));
+        wire.record_sent(&frame(0x10, &[(&lrw(1, 0x80), &[0; 4]), (&state, &[0; 2])]));
         let back = frame(0x12, &[(&lrw(1, 0x80), &[7; 4]), (&state, &[8, 0])]);
         let echo = frame(0x10, &[(&lrw(1, 0x80), &[7; 4]), (&state, &[8, 0])]);
         assert!(!wire.returned(&echo), "no SubDevice has seen it");
         assert!(wire.returned(&back));
         assert!(!wire.returned(&back), "it comes twice");
         // A SubDevice may mark a frame that goes round; what tells it is the length beside that mark.
-        wire.sent(&frame(0x10, &[(&lrw(1, 0), &[0; 4])]));
+        wire.record_sent(&frame(0x10, &[(&lrw(1, 0), &[0; 4])]));
         assert!(wire.returned(&frame(0x12, &[(&lrw(1, 0x40), &[7; 4])])));
     }
 
     #[test]
     fn another_frame_is_not_taken_for_it() {
         let mut wire = InFlight::default();
-        wire.sent(&frame(0x10, &[(&lrw(1, 0), &[0; 4])]));
+        wire.record_sent(&frame(0x10, &[(&lrw(1, 0), &[0; 4])]));
         let mut wrong_type = frame(0x12, &[(&lrw(1, 0), &[0; 4])]);
         wrong_type[13] = 0;
         let mut cut = frame(0x12, &[(&lrw(1, 0), &[0; 4])]);
@@ -168,7 +168,7 @@ mod tests {
     fn a_frame_whose_place_was_taken_comes_too_late() {
         let mut wire = InFlight::default();
         for index in 0..=FRAMES as u8 {
-            wire.sent(&frame(0x10, &[(&lrw(index, 0), &[0; 4])]));
+            wire.record_sent(&frame(0x10, &[(&lrw(index, 0), &[0; 4])]));
         }
         assert!(!wire.returned(&frame(0x12, &[(&lrw(0, 0), &[0; 4])])));
         assert!(wire.returned(&frame(0x12, &[(&lrw(1, 0), &[0; 4])])));
@@ -177,7 +177,7 @@ mod tests {
     #[test]
     fn an_emergency_message_is_kept_away() {
         let mut wire = InFlight::default();
-        wire.sent(&frame(0x10, &[(&FPRD_MAILBOX, &[0; 8])]));
+        wire.record_sent(&frame(0x10, &[(&FPRD_MAILBOX, &[0; 8])]));
         let mailbox = [10, 0, 0, 0, 0, 0x13, 0, EMERGENCY << 4];
         assert!(!wire.returned(&frame(0x12, &[(&FPRD_MAILBOX, &mailbox)])));
         let answer = [10, 0, 0, 0, 0, 0x13, 0, 3 << 4];
@@ -189,7 +189,7 @@ mod tests {
     fn process_data_that_look_like_an_emergency_are_process_data() {
         let mut wire = InFlight::default();
         let read = [12, 1, 0, 0, 0x80, 0x10, 8, 0, 0, 0];
-        wire.sent(&frame(0x10, &[(&read, &[0; 8])]));
+        wire.record_sent(&frame(0x10, &[(&read, &[0; 8])]));
         let force = [10, 0, 0, 0, 0, 0x13, 0, EMERGENCY << 4];
         assert!(wire.returned(&frame(0x12, &[(&read, &force)])));
     }
@@ -198,7 +198,7 @@ mod tests {
         #[test]
         fn no_bytes_make_it_panic(bytes in proptest::collection::vec(any::<u8>(), 0..80)) {
             let mut wire = InFlight::default();
-            wire.sent(&bytes);
+            wire.record_sent(&bytes);
             let _ = wire.returned(&bytes);
         }
     }

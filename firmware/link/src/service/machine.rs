@@ -86,7 +86,7 @@ impl AnswerTimes {
     }
 
     /// Answers that took longer than a cycle.
-    pub fn late(&self) -> u32 {
+    pub fn late_answers(&self) -> u32 {
         let [.., late] = self.histogram;
         late
     }
@@ -127,10 +127,10 @@ mod tests {
             times.take(took_us, 4000);
         }
         assert_eq!((times.last_us, times.longest_us), (100, u32::MAX));
-        assert_eq!(times.late(), 2);
+        assert_eq!(times.late_answers(), 2);
         let [first, second, .., last, _] = times.histogram;
         assert_eq!((first, second, last), (3, 1, 1));
         times.take(7, 0);
-        assert_eq!(times.late(), 3, "no cycle at all");
+        assert_eq!(times.late_answers(), 3, "no cycle at all");
     }
 }

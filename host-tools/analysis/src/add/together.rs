@@ -10,7 +10,7 @@ use crate::levels::{BeforeAfter, ChannelLevels, Step, error};
 use anyhow::{Result, bail};
 use softdock_io::recording::Recording;
 use softdock_physics::model::prediction::{Prediction, predict};
-use softdock_physics::model::{EffectModel, HistoryStep, Model, known_parameters};
+use softdock_physics::model::{EffectModel, HistoryStep, Model, allowed_parameters};
 use std::collections::BTreeMap;
 
 /// A model whose effects were fitted together, and their parameters.
@@ -199,7 +199,7 @@ fn with_all(model: &Model, ids: &[String], found: &Model, logs: Option<&Logs>) -
 }
 
 fn plain(model: &Model, id: &str) -> Result<EffectModel> {
-    let parameters = known_parameters(model, model.effect(id)?).into_iter();
+    let parameters = allowed_parameters(model, model.effect(id)?).into_iter();
     let parameters = parameters.map(|allowed| (allowed.name.to_owned(), allowed.default));
     Ok(EffectModel {
         id: id.to_owned(),
@@ -292,7 +292,7 @@ mod tests {
             let model = Model::from_toml(&text, "model.toml").unwrap();
             for id in ["guide_coulomb", "guide_stribeck", "guide_hysteresis"] {
                 let values = plain(&model, id).unwrap().parameters;
-                for allowed in known_parameters(&model, model.effect(id).unwrap()) {
+                for allowed in allowed_parameters(&model, model.effect(id).unwrap()) {
                     let value = values[allowed.name];
                     let range = allowed.low..=allowed.high;
                     assert!(range.contains(&value), "{id}: {allowed:?} is {value}");

@@ -11,7 +11,7 @@ use serde::Serialize;
 use softdock_control::frames::{Pose, Twist, Wrench};
 use softdock_control::wrench::Motion;
 use softdock_physics::effects::sensor::tool::ToolState;
-use softdock_physics::effects::{Actuator, Direction, Guide, Late, Lateness, Law, Slide};
+use softdock_physics::effects::{Actuator, DelayAndLag, DelayLine, Direction, Guide, Law, Slide};
 use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::load::{
     LoadModel, angle_about, angles, in_motion, nominal_tool, pose_of, positions,
@@ -238,7 +238,9 @@ impl Body {
         let of_tool = |known: &EffectModel| {
             let effect = LoadEffect::find(model, &known.id)?;
             match effect.effect.law {
-                Law::Tool(law) => Some((law as ToolLaw, effect.given(&known.parameters))),
+                Law::Tool(law) => {
+                    Some((law as ToolLaw, effect.values_or_defaults(&known.parameters)))
+                }
                 _ => None,
             }
         };
@@ -339,7 +341,7 @@ enum Part {
 /// All effects of the model that act on the motion.
 struct Acting {
     parts: Vec<Part>,
-    late: Lateness,
+    late: DelayAndLag,
 }
 
 impl Acting {
@@ -347,12 +349,12 @@ impl Acting {
     fn of_model(model: &Model) -> Result<Self, String> {
         let mut acting = Self {
             parts: Vec::new(),
-            late: Lateness::default(),
+            late: DelayAndLag::default(),
         };
         for known in &model.effects {
             let id = || known.id.clone();
             let effect = LoadEffect::find(model, &known.id).ok_or_else(id)?;
-            let values = effect.given(&known.parameters);
+            let values = effect.values_or_defaults(&known.parameters);
             let form = |name| effect.effect.place(name).map_or(0.0, |k| values[k]);
             match effect.effect.law {
                 Law::Guide(law) | Law::Bearing(law) => {
@@ -364,7 +366,7 @@ impl Acting {
                     let about_start = form("about_start");
                     acting.parts.push(Part::Spring(law, about_start, values));
                 }
-                Law::Zero(law) if law(&values, 0.0) == law(&values, 1.0) => {
+                Law::SensorZero(law) if law(&values, 0.0) == law(&values, 1.0) => {
                     acting.parts.push(Part::Offset(law(&values, 0.0)));
                 }
                 Law::Actuator(Actuator {
@@ -409,11 +411,11 @@ impl Acting {
             let reading = Wrench::of(&log.wrench.each_ref().map(|series| series[n]));
             body.along(&(reading - offset), &log.pose[n])
         };
-        let mut late: Option<Late> = None;
+        let mut late: Option<DelayLine> = None;
         let arrived = |n: usize| {
             let mut six = [0.0; 6];
             six[0] = along(n);
-            let line = late.get_or_insert_with(|| Late::new(self.late, log.cycle_s, six));
+            let line = late.get_or_insert_with(|| DelayLine::new(self.late, log.cycle_s, six));
             line.advance(six)[0]
         };
         (0..log.cycle_count()).map(arrived).collect()
@@ -442,7 +444,7 @@ impl Acting {
         let path = 0.5 * (slide.velocity + velocity) * step_s;
         for part in &mut self.parts {
             if let Part::Along(_, direction, _) = part {
-                direction.moved(path);
+                direction.advance_by(path);
             }
         }
         slide.position += path;
@@ -454,7 +456,7 @@ impl Acting {
         let of = |part: &Part| match part {
             Part::Along(law, direction, values) => {
                 let mut moved = *direction;
-                moved.moved(at.velocity * step_s);
+                moved.advance_by(at.velocity * step_s);
                 let direction = moved.at(end);
                 (law.force)(values, &Slide { direction, ..*at })
             }

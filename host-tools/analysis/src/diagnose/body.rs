@@ -7,7 +7,7 @@
 use super::evidence::{self, threshold};
 use super::logs::Logs;
 use super::noise::autoregressive::AutoregressiveNoise;
-use super::wrench::{Problem, Segment, Solution};
+use super::wrench::{FittedParameter, Problem, Segment, Solution};
 use softdock_io::recording::Recording;
 use softdock_physics::effects::body::{sc_inertia_error, sc_mass_error};
 use softdock_physics::effects::mechanism::manipulator_resistance;
@@ -23,8 +23,8 @@ use std::collections::BTreeMap;
 pub(crate) struct BodyFit {
     /// Its id.
     pub id: &'static str,
-    /// Value, standard deviation and unit of its parameters.
-    pub parameters: BTreeMap<&'static str, (f64, f64, &'static str)>,
+    /// Its parameters by name.
+    pub parameters: BTreeMap<&'static str, FittedParameter>,
     /// Fall of χ² on each log, beside the other accepted effects.
     pub gains: Vec<f64>,
     /// Evidence for it beside the other accepted effects.
@@ -43,14 +43,14 @@ pub(crate) struct BodySearch {
 }
 
 /// Name and unit of a parameter.
-type Named = (&'static str, &'static str);
+type ParameterName = (&'static str, &'static str);
 
 /// A hypothesis: an effect with some of its parameters, one for each column.
 struct Hypothesis {
     id: &'static str,
     /// A choice of its form, if it is not the default one.
     form: Option<&'static str>,
-    parameters: &'static [Named],
+    parameters: &'static [ParameterName],
     columns: Vec<Column>,
 }
 
@@ -66,16 +66,16 @@ const MASS: &str = sc_mass_error::EFFECT.id;
 const INERTIA: &str = sc_inertia_error::EFFECT.id;
 const RESISTANCE: &str = manipulator_resistance::EFFECT.id;
 
-const MASS_ERROR: [Named; 1] = [("mass_error_kg", "kg")];
-const INERTIA_ERRORS: [Named; 3] = [
+const MASS_ERROR: [ParameterName; 1] = [("mass_error_kg", "kg")];
+const INERTIA_ERRORS: [ParameterName; 3] = [
     ("ixx_kg_m2", "kg·m²"),
     ("iyy_kg_m2", "kg·m²"),
     ("izz_kg_m2", "kg·m²"),
 ];
-const SPRING: Named = ("stiffness_n_per_m", "N/m");
+const SPRING: ParameterName = ("stiffness_n_per_m", "N/m");
 /// Choice of a spring that is relaxed where the log begins.
 const ABOUT_START: &str = "about_start";
-const DAMPER: Named = ("damping_n_s_per_m", "N·s/m");
+const DAMPER: ParameterName = ("damping_n_s_per_m", "N·s/m");
 
 impl BodyRegression {
     /// From a prediction with the nominal model. `None` if it does not predict this channel.
@@ -183,10 +183,10 @@ fn resistances(
     recording: &Recording,
     difference: &dyn Fn(&[Option<Six>]) -> Column,
 ) -> Vec<Hypothesis> {
-    let of_unit = |(name, _): Named, form: Option<&str>| {
+    let of_unit = |(name, _): ParameterName, form: Option<&str>| {
         with_unit(model, recording, name, form).map(|other| difference(&other))
     };
-    let one = |form, parameters: &'static [Named], columns: Vec<Column>| Hypothesis {
+    let one = |form, parameters: &'static [ParameterName], columns: Vec<Column>| Hypothesis {
         id: RESISTANCE,
         form,
         parameters,
@@ -458,7 +458,7 @@ fn parameters(
     hypothesis: &Hypothesis,
     solution: &Solution,
     places: &[Option<usize>],
-) -> BTreeMap<&'static str, (f64, f64, &'static str)> {
+) -> BTreeMap<&'static str, FittedParameter> {
     let inertia = model.bodies.k.inertia_kg_m2.unwrap_or_default();
     let fitted = |place: usize| {
         (
@@ -479,9 +479,15 @@ fn parameters(
     let named = hypothesis.parameters.iter().zip(places).enumerate();
     let named = named.filter_map(|(k, ((name, unit), place))| {
         let (value, sigma) = value(k, (*place)?);
-        Some((*name, (value, sigma, *unit)))
+        let unit = *unit;
+        Some((*name, FittedParameter { value, sigma, unit }))
     });
-    let form = hypothesis.form.map(|form| (form, (1.0, 0.0, "-")));
+    let chosen = FittedParameter {
+        value: 1.0,
+        sigma: 0.0,
+        unit: "-",
+    };
+    let form = hypothesis.form.map(|form| (form, chosen));
     named.chain(form).collect()
 }
 
@@ -510,6 +516,6 @@ mod tests {
         let found = parameters(&model, &hypothesis, &solution, &[None, None, Some(0)]);
         let names: Vec<&str> = found.keys().copied().collect();
         assert_eq!(names, ["izz_kg_m2"]);
-        assert!((found["izz_kg_m2"].0 + 60.0).abs() < 1e-9);
+        assert!((found["izz_kg_m2"].value + 60.0).abs() < 1e-9);
     }
 }

@@ -15,7 +15,8 @@ pub(crate) fn simplest(model: &Model, id: &str) -> Option<&'static str> {
     let effect = LoadEffect::find(model, id).filter(|effect| effect.may_be_simpler())?;
     let kind = effect.effect.kind?;
     let mut alike = LoadEffect::all(model).filter(|other| other.effect.kind == Some(kind));
-    let simple = alike.find(|other| other.coefficients.len() == 1 && !is_shape(other.id))?;
+    let simple =
+        alike.find(|other| other.coefficients.len() == 1 && !is_general_curve(other.id))?;
     Some(simple.id)
 }
 
@@ -25,6 +26,6 @@ pub(crate) fn is_of_the_tool(id: &str) -> bool {
 }
 
 /// Whether a catalogue entry is a curve that fits many mechanisms, and therefore no name.
-pub(crate) fn is_shape(id: &str) -> bool {
+pub(crate) fn is_general_curve(id: &str) -> bool {
     by_id(id).is_some_and(|e| e.naming == Naming::Shape)
 }

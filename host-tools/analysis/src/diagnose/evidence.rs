@@ -135,7 +135,7 @@ pub(crate) struct Support {
 
 impl Support {
     /// Of an effect without rivals.
-    pub(crate) const fn alone(evidence: f64) -> Self {
+    pub(crate) const fn without_rival(evidence: f64) -> Self {
         Self {
             beside: evidence,
             against: evidence,

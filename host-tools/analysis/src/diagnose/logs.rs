@@ -74,7 +74,7 @@ impl<T> Logs<T> {
 
 impl<T> Logs<anyhow::Result<T>> {
     /// All values, or the first error.
-    pub(super) fn whole(self) -> anyhow::Result<Logs<T>> {
+    pub(super) fn transpose(self) -> anyhow::Result<Logs<T>> {
         Ok(Logs {
             all: self.all.into_iter().collect::<anyhow::Result<Vec<T>>>()?,
             fitted: self.fitted,

@@ -3,18 +3,18 @@
 use super::actuator::Term;
 use super::evidence::{Foretold, Support};
 use super::finding::Estimate;
-use super::wrench::{Fitted, Joint};
+use super::wrench::{Fitted, FittedParameter, Joint};
 use softdock_physics::effects::mechanism::ACTS_AT;
 use softdock_physics::effects::{Role, by_id};
 use softdock_physics::model::load::effects::LoadEffect;
-use softdock_physics::model::{Axis, EffectModel, Model, known_parameters};
+use softdock_physics::model::{Axis, EffectModel, Model, allowed_parameters};
 use softdock_report::number;
 use softdock_statistics::DEVIATIONS_95;
 use std::collections::BTreeMap;
 
 /// An accepted effect.
 #[derive(Clone, Debug)]
-pub(crate) struct Named {
+pub(crate) struct NamedEffect {
     /// The entry of the model file.
     pub effect: EffectModel,
     /// Its fitted parameters with units and intervals, by name.
@@ -25,7 +25,7 @@ pub(crate) struct Named {
     pub foretold: Foretold,
 }
 
-impl Named {
+impl NamedEffect {
     pub(crate) fn new(id: &str, axes: Vec<Axis>) -> Self {
         Self {
             effect: EffectModel {
@@ -34,18 +34,18 @@ impl Named {
                 ..EffectModel::default()
             },
             estimates: BTreeMap::new(),
-            support: Support::alone(f64::INFINITY),
+            support: Support::without_rival(f64::INFINITY),
             foretold: Foretold::UNKNOWN,
         }
     }
 
     /// Whether its intervals exclude that it is absent.
-    pub(crate) fn is_told(&self, model: &Model) -> bool {
+    pub(crate) fn is_significant(&self, model: &Model) -> bool {
         let is_sure = |name: &str| {
             let estimate = self.estimates.get(name);
             estimate.is_some_and(|e| e.low * e.high > 0.0)
         };
-        LoadEffect::find(model, &self.effect.id).is_none_or(|effect| effect.is_told(is_sure))
+        LoadEffect::find(model, &self.effect.id).is_none_or(|effect| effect.is_significant(is_sure))
     }
 
     /// Whether the intervals of all its parameters include 0.
@@ -241,7 +241,7 @@ impl Named {
         let ends = self.estimates.iter().filter_map(|(name, estimate)| {
             let parameter = effect.parameters.iter().find(|p| p.name == name)?;
             let is_shape = matches!(parameter.role, Role::Shape(_));
-            let [least, most] = effect.searched(parameter, joint.pace());
+            let [least, most] = effect.search_range(parameter, joint.pace());
             let value = estimate.value;
             let is_least = match least < 0.0 {
                 true => value <= END * least,
@@ -278,7 +278,7 @@ impl Named {
         let Ok(effect) = model.effect(&self.effect.id) else {
             return self;
         };
-        let ranges = known_parameters(model, effect);
+        let ranges = allowed_parameters(model, effect);
         for (name, [low, high]) in &mut self.effect.interval_95 {
             let range = ranges.iter().find(|range| range.name == name);
             let (Some(range), Some(estimate)) = (range, self.estimates.get_mut(name)) else {
@@ -298,12 +298,12 @@ pub(crate) fn model_of(fitted: &Fitted) -> EffectModel {
 }
 
 /// A fitted effect on the reading.
-pub(crate) fn of_reading(fitted: &Fitted) -> Named {
-    let mut one = Named {
+pub(crate) fn of_reading(fitted: &Fitted) -> NamedEffect {
+    let mut one = NamedEffect {
         foretold: fitted.foretold,
-        ..Named::new(fitted.id, Vec::new())
+        ..NamedEffect::new(fitted.id, Vec::new())
     };
-    for (name, (value, sigma, unit)) in &fitted.parameters {
+    for (name, FittedParameter { value, sigma, unit }) in &fitted.parameters {
         one = if *sigma > 0.0 {
             one.within(name, *value, fitted.interval(name), unit)
         } else {
@@ -314,7 +314,10 @@ pub(crate) fn of_reading(fitted: &Fitted) -> Named {
 }
 
 /// The model with effects added.
-pub(crate) fn with_effects<'a>(model: &Model, named: impl Iterator<Item = &'a Named>) -> Model {
+pub(crate) fn with_effects<'a>(
+    model: &Model,
+    named: impl Iterator<Item = &'a NamedEffect>,
+) -> Model {
     let mut after = model.clone();
     after.effects.extend(named.map(|n| n.effect.clone()));
     after
@@ -328,7 +331,7 @@ mod tests {
     #[test]
     fn one_of_two_independent_amounts_may_be_left_out() {
         let model = Model::from_toml("[rig]\nactive_axes = [\"rx\"]", "model").unwrap();
-        let mut weight = Named::new("bearing_gravity", Vec::new())
+        let mut weight = NamedEffect::new("bearing_gravity", Vec::new())
             .with("sine_n_m", (6.0, 0.1), "N·m")
             .with("cosine_n_m", (0.2, 0.1), "N·m");
         let both = ["sine_n_m", "cosine_n_m"];
@@ -348,7 +351,7 @@ mod tests {
             ("rate_limit", "max_acceleration_rad_s2", "rad/s^2"),
             ("guide_viscous", "damping_n_m_s_per_rad", "N·m·s/rad"),
         ] {
-            let open = Named::new(id, Vec::new()).with(name, (8.0, 30.0), unit);
+            let open = NamedEffect::new(id, Vec::new()).with(name, (8.0, 30.0), unit);
             let ended = open.bounded(&model);
             let estimate = &ended.estimates[name];
             assert!(estimate.low >= 0.0 && estimate.high > 60.0, "{estimate:?}");
@@ -361,7 +364,7 @@ mod tests {
     fn a_shape_that_is_told_makes_no_amount() {
         let model = Model::default();
         let drift = |force: (f64, f64)| {
-            Named::new("ft_bias_drift", Vec::new())
+            NamedEffect::new("ft_bias_drift", Vec::new())
                 .with("fx_n", force, "N")
                 .with("time_constant_s", (15.0, 4.0), "s")
         };

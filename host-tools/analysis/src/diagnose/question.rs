@@ -2,7 +2,7 @@
 
 use super::catalogue::{has, is_of_the_tool};
 use super::watch::Watch;
-use super::wrench::{Smooth, Tested};
+use super::wrench::{Smooth, TestedHypothesis};
 use softdock_physics::model::{Model, WrenchMeaning};
 use std::sync::Arc;
 
@@ -20,11 +20,11 @@ pub(crate) struct Question<'a> {
     /// These are not tried.
     pub without: &'a [String],
     /// Curves that fit many mechanisms are tried, too.
-    pub shapes: bool,
+    pub general_curves: bool,
     /// All are tried beside this remainder.
     pub beside: Option<&'a Arc<Smooth>>,
     /// Instead of a search: other effects are tried in the place of each effect of this answer.
-    pub in_place_of: Option<&'a Tested>,
+    pub in_place_of: Option<&'a TestedHypothesis>,
     /// All logs are parts of one log, so it is not asked whether they are of different machines.
     pub of_one_log: bool,
     /// Receives each hypothesis when it is tried.
@@ -33,8 +33,8 @@ pub(crate) struct Question<'a> {
 
 impl Question<'_> {
     /// Whether curves that fit many mechanisms are tried.
-    pub(super) fn tries_shapes(&self) -> bool {
-        self.shapes || self.is_asked()
+    pub(super) fn tries_general_curves(&self) -> bool {
+        self.general_curves || self.is_asked()
     }
 
     /// Whether a user asked for the effects that are tried.

@@ -67,7 +67,7 @@ impl Doubt {
 
 /// Parameters that the recording would not determine even if all others were known, in rising order. `columns` are the
 /// derivatives of the residuals.
-pub(super) fn alone(columns: &[Vec<f64>], free: &[Parameter]) -> Vec<(usize, Doubt)> {
+pub(super) fn undetermined_alone(columns: &[Vec<f64>], free: &[Parameter]) -> Vec<(usize, Doubt)> {
     let sigma = columns.iter().map(|column| 1.0 / norm(column));
     sigma
         .enumerate()
@@ -84,7 +84,10 @@ fn is_visible(parameter: &Parameter, sigma: f64) -> bool {
 }
 
 /// Parameters that are undetermined by a solution, in rising order. Of two that are correlated one is returned at a time.
-pub(super) fn together(solution: &Solution, free: &[Parameter]) -> Vec<(usize, Doubt)> {
+pub(super) fn undetermined_together(
+    solution: &Solution,
+    free: &[Parameter],
+) -> Vec<(usize, Doubt)> {
     let ends: Vec<(usize, Doubt)> = (0..free.len())
         .filter_map(|k| Some((k, at_end(&free[k], solution.values[k])?)))
         .collect();

@@ -36,7 +36,7 @@ impl Solution {
 
     /// Best values of all parameters if the parameters at the places `held` have the given values: χ² is taken as a parabola
     /// about its minimum.
-    pub(super) fn given(&self, held: &[(usize, f64)]) -> Vec<f64> {
+    pub(super) fn values_with_held(&self, held: &[(usize, f64)]) -> Vec<f64> {
         let of_held = DMatrix::from_fn(held.len(), held.len(), |i, k| {
             self.curvature[(held[i].0, held[k].0)]
         });
@@ -275,10 +275,10 @@ mod tests {
             covariance: inverse.clone(),
             curvature: inverse,
         };
-        let [x, y] = solution.given(&[(1, 0.0)])[..] else {
+        let [x, y] = solution.values_with_held(&[(1, 0.0)])[..] else {
             panic!("two values");
         };
         assert!((x - 2.0).abs() < 1e-12 && y.abs() < 1e-12, "{x} {y}");
-        assert_eq!(solution.given(&[]), [1.0, 2.0]);
+        assert_eq!(solution.values_with_held(&[]), [1.0, 2.0]);
     }
 }

@@ -39,7 +39,7 @@ impl Logs {
             lacking: Vec::new(),
         };
         let (train_logs, test_logs) = (reader.all(train)?, reader.all(test)?);
-        let mut notes = reader.told();
+        let mut notes = reader.notes();
         let (train, test) = (names(train), names(test));
         let all_names = train.iter().chain(&test).map(String::as_str);
         let named: Vec<(&str, &Recording)> =
@@ -158,7 +158,7 @@ impl Reader<'_> {
     }
 
     /// Notes on all recordings that were read.
-    fn told(self) -> Vec<String> {
+    fn notes(self) -> Vec<String> {
         let lacking = self.lacking.into_iter();
         let lacking = lacking.map(|(lack, names)| format!("{}: {lack}", names.join(", ")));
         self.notes.into_iter().chain(lacking).collect()

@@ -171,14 +171,14 @@ fn fitted(
     let mut held: Vec<(Parameter, Doubt)> = Vec::new();
     progress(0.05, "looking for what the log determines");
     let at_start = least_squares::jacobian(&residuals, model, &free);
-    let doubts = determined::alone(&at_start, &free);
+    let doubts = determined::undetermined_alone(&at_start, &free);
     hold(&mut free, &mut solution.values, &mut held, doubts);
     for (round, tolerance) in ROUNDS.into_iter().enumerate() {
         loop {
             let share = 0.1 + 0.8 * round as f64 / ROUNDS.len() as f64;
             progress(share, &format!("fitting {} parameters", free.len()));
             solution = minimise(&residuals, model, &free, &solution.values, tolerance);
-            let doubts = determined::together(&solution, &free);
+            let doubts = determined::undetermined_together(&solution, &free);
             if doubts.is_empty() {
                 break;
             }
@@ -228,7 +228,7 @@ impl Fitted {
         let kept = self.free.iter().zip(&why).enumerate();
         let kept = kept.filter(|(_, (_, why))| why.is_some());
         let kept: Vec<(usize, f64)> = kept.map(|(k, (one, _))| (k, one.value)).collect();
-        let beside_kept = self.solution.given(&kept);
+        let beside_kept = self.solution.values_with_held(&kept);
         let mut after = model.clone();
         let mut parameters = Vec::new();
         for (k, (parameter, why)) in self.free.iter().zip(why).enumerate() {

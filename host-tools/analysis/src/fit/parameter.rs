@@ -8,7 +8,7 @@ use softdock_physics::model::docking;
 use softdock_physics::model::edit::rounded;
 use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::{
-    Allowed, BodyModel, EffectModel, GuideModel, Model, known_parameters,
+    Allowed, BodyModel, EffectModel, GuideModel, Model, allowed_parameters,
 };
 
 /// Bound of a nominal parameter, and of the range of an effect's, in its SI unit (s, m, N/m ...): far beyond any rig.
@@ -86,7 +86,7 @@ fn of_effect(model: &Model, k: usize, effect: &EffectModel, all: &mut Vec<Parame
     if is_read_directly(&effect.id) {
         return;
     }
-    for allowed in known_parameters(model, entry)
+    for allowed in allowed_parameters(model, entry)
         .into_iter()
         .filter(|p| !p.choice)
     {
@@ -221,7 +221,7 @@ impl Parameter {
         };
         let effect = model.effects.get(k);
         let effect = effect.and_then(|effect| LoadEffect::find(model, &effect.id));
-        if model.sensor.wrench.is_told() && effect.is_some_and(LoadEffect::is_a_delay) {
+        if model.sensor.wrench.is_commanded() && effect.is_some_and(LoadEffect::is_a_delay) {
             self.high = self.high.min(latest_s.max(self.value));
         }
     }

@@ -42,7 +42,7 @@ pub(super) struct Residuals<'a> {
     /// A velocity was sent, or may have been.
     moves: bool,
     /// See [`Self::keep`].
-    kept: Mutex<Option<Kept>>,
+    cache: Mutex<Option<ModelCache>>,
     /// Ratio of rms residual to expected noise that is left on each channel and axis; at least 1. Residuals are divided by it.
     excess: [Six; 4],
 }
@@ -77,7 +77,7 @@ impl<'a> Residuals<'a> {
                 .collect(),
             believed: foreign && predicts(Channel::ModelVelocity),
             moves: predicts(Channel::ExecutedVelocity) || signals.iter().any(Signals::is_of_a_rig),
-            kept: Mutex::default(),
+            cache: Mutex::default(),
             excess: [[1.0; 6]; 4],
         }
     }
@@ -123,36 +123,36 @@ impl<'a> Residuals<'a> {
     /// Caches the residuals of a model, and the predictions it shares with all models that differ only in effects on the reading.
     /// Most models that a fit tries next are of that kind, and only their wrench is predicted anew.
     pub(super) fn keep(&self, model: &Model) {
-        let before = self.kept();
-        if before.as_ref().is_some_and(|kept| kept.model == *model) {
+        let before = self.cached();
+        if before.as_ref().is_some_and(|cache| cache.model == *model) {
             return;
         }
         let common = self.common(model);
-        let before = before.filter(|kept| kept.common == common);
-        let mut kept = self.kept_of(model, common, before.as_ref());
-        kept.relative = self.missed(model, &kept).into();
-        *self.kept.lock().unwrap_or_else(PoisonError::into_inner) = Some(kept);
+        let before = before.filter(|cache| cache.common == common);
+        let mut cache = self.cache_of(model, common, before.as_ref());
+        cache.relative = self.relative_residuals(model, &cache).into();
+        *self.cache.lock().unwrap_or_else(PoisonError::into_inner) = Some(cache);
     }
 
     /// Cached derivatives of the residuals of the kept model, in units of noise, by parameter; empty if there are none.
     pub(super) fn slopes(&self) -> Vec<(ParameterId, Arc<[f64]>)> {
-        self.kept().map_or_else(Vec::new, |kept| kept.slopes)
+        self.cached().map_or_else(Vec::new, |cache| cache.slopes)
     }
 
     /// Caches derivatives for the kept model, until another model is kept.
     pub(super) fn keep_slopes(&self, slopes: Vec<(ParameterId, Arc<[f64]>)>) {
-        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(kept) = kept.as_mut() {
-            kept.slopes = slopes;
+        let mut cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(cache) = cache.as_mut() {
+            cache.slopes = slopes;
         }
     }
 
-    fn kept(&self) -> Option<Kept> {
-        let kept = self.kept.lock();
-        kept.unwrap_or_else(PoisonError::into_inner).clone()
+    fn cached(&self) -> Option<ModelCache> {
+        let cache = self.cache.lock();
+        cache.unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    fn kept_of(&self, model: &Model, common: Model, before: Option<&Kept>) -> Kept {
+    fn cache_of(&self, model: &Model, common: Model, before: Option<&ModelCache>) -> ModelCache {
         let (logs, loads) = match before {
             Some(before) => (before.logs.clone(), before.loads.clone()),
             None => (self.unaffected(model), Arc::default()),
@@ -163,7 +163,7 @@ impl<'a> Residuals<'a> {
             log.wrench.load_of_each(model, before)
         };
         let loads = logs.iter().zip(0..).map(load).collect();
-        Kept {
+        ModelCache {
             model: model.clone(),
             common,
             logs,
@@ -175,20 +175,20 @@ impl<'a> Residuals<'a> {
 
     /// Residuals over noise.
     pub(super) fn relative(&self, model: &Model) -> Arc<[f64]> {
-        let kept = self.kept();
-        if let Some(same) = kept.as_ref().filter(|kept| kept.model == *model) {
+        let cache = self.cached();
+        if let Some(same) = cache.as_ref().filter(|cache| cache.model == *model) {
             return same.relative.clone();
         }
         let common = self.common(model);
-        let kept = kept.filter(|kept| kept.common == common);
-        let kept = kept.unwrap_or_else(|| self.kept_of(model, common, None));
-        self.missed(model, &kept).into()
+        let cache = cache.filter(|cache| cache.common == common);
+        let cache = cache.unwrap_or_else(|| self.cache_of(model, common, None));
+        self.relative_residuals(model, &cache).into()
     }
 
-    /// Computes these for a model that shares the predictions of `kept`.
-    fn missed(&self, model: &Model, kept: &Kept) -> Vec<f64> {
-        let logs = &kept.logs;
-        let each = logs.iter().zip(self.signals).zip(&*kept.loads);
+    /// Computes these for a model that shares the predictions of `cache`.
+    fn relative_residuals(&self, model: &Model, cache: &ModelCache) -> Vec<f64> {
+        let logs = &cache.logs;
+        let each = logs.iter().zip(self.signals).zip(&*cache.loads);
         let wrenches: Vec<Vec<Option<Six>>> = each
             .map(|((log, signals), loads)| log.wrench.with_effects(model, signals, loads))
             .collect();
@@ -247,7 +247,7 @@ impl<'a> Residuals<'a> {
 
 /// Cached residuals of a model, and the predictions it shares with others.
 #[derive(Clone)]
-struct Kept {
+struct ModelCache {
     model: Model,
     /// The model without its effects on the reading alone.
     common: Model,

@@ -22,7 +22,7 @@ pub(super) fn picture(effect: &Effect, size: &Size) -> Result<Picture> {
         Law::Spacecraft(law) => Ok(spacecraft(size, |body| law(&p, body))),
         Law::Clock(Clock::Scatter(law)) => Ok(jitter(size, |draw| law(&p, draw))),
         Law::Clock(Clock::Rate(law)) => Ok(rate(size, 1.0 + law(&p))),
-        Law::Apart(law) => Ok(offset(size, law(&p))),
+        Law::ClockOffset(law) => Ok(offset(size, law(&p))),
         _ => bail!("the body's effect `{}` has no picture", effect.id),
     }
 }

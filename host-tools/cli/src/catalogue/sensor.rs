@@ -9,7 +9,7 @@ use anyhow::{Result, bail};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use softdock_control::frames::Wrench;
 use softdock_physics::effects::sensor::tool::{LoadMotion, ToolState};
-use softdock_physics::effects::{Effect, Late, Law};
+use softdock_physics::effects::{DelayLine, Effect, Law};
 use softdock_statistics::RandomStream;
 
 /// The tool that hangs on the sensor: mass, kg, and centre of mass, m.
@@ -45,10 +45,12 @@ pub(super) fn picture(effect: &Effect, size: &Size) -> Result<Picture> {
     };
     Ok(match effect.law {
         Law::Tool(law) => tool(size, |state| law(&p, state)),
-        Law::Load(law) | Law::Drive(law) => in_a_bounce(Box::new(|load| law(&p, &load))),
-        Law::Range(law) => in_a_bounce(Box::new(|load| law(&p, &load))),
-        Law::Late(law) => {
-            let mut late = Late::new(law(&p), STEP_S, [0.0; 6]);
+        Law::SensorGain(law) | Law::CommandGain(law) => {
+            in_a_bounce(Box::new(|load| law(&p, &load)))
+        }
+        Law::Saturation(law) => in_a_bounce(Box::new(|load| law(&p, &load))),
+        Law::ReadingDelay(law) => {
+            let mut late = DelayLine::new(law(&p), STEP_S, [0.0; 6]);
             in_a_bounce(Box::new(move |load| Wrench::of(&late.advance(load.get()))))
         }
         Law::Sample(law) => {
@@ -61,7 +63,7 @@ pub(super) fn picture(effect: &Effect, size: &Size) -> Result<Picture> {
                 sent
             }))
         }
-        Law::Zero(law) => {
+        Law::SensorZero(law) => {
             let seconds = (0..=600).map(|k| f64::from(k) * 0.1);
             let at = |t: f64| (t, [Wrench::zero(), law(&p, t)]);
             shown(

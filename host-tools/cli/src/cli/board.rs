@@ -11,7 +11,7 @@ use softdock_io::identity;
 use softdock_io::input::{self, refuse_overwrite_of};
 use softdock_io::recording::Header;
 use softdock_io::say;
-use softdock_io::telemetry::{Pieces, Time};
+use softdock_io::telemetry::{FileSeries, Time};
 use softdock_rig::board::process::{CanAddress, Process, Record, ServiceAddress};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -100,7 +100,7 @@ impl Board {
         let bounds = self.pieces.bounds()?;
         let output = self
             .output
-            .map(|path| Pieces::new(&path, bounds, Time::Real));
+            .map(|path| FileSeries::new(&path, bounds, Time::Real));
         let output = output.map(Mutex::new).map(Arc::new);
         board.run(&stop, move |settings| recording(output.clone(), settings))
     }
@@ -117,7 +117,7 @@ pub(super) fn checked(path: &Path) -> Result<BoardSettings> {
 
 /// Begins the next file of the recording for a board with these settings. Returns the function that writes its records;
 /// without `output` it drops them.
-fn recording(output: Option<Arc<Mutex<Pieces>>>, settings: &BoardSettings) -> Result<Record> {
+fn recording(output: Option<Arc<Mutex<FileSeries>>>, settings: &BoardSettings) -> Result<Record> {
     let Some(output) = output else {
         return Ok(Box::new(|records| {
             records.for_each(drop);
@@ -133,13 +133,13 @@ fn recording(output: Option<Arc<Mutex<Pieces>>>, settings: &BoardSettings) -> Re
     let locked = || output.lock().unwrap_or_else(PoisonError::into_inner);
     locked().begin(header)?;
     Ok(Box::new(move |records| {
-        let mut pieces = output.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut series = output.lock().unwrap_or_else(PoisonError::into_inner);
         for record in records {
-            pieces.push(&record, None)?;
-            for warning in pieces.take_warnings() {
+            series.push(&record, None)?;
+            for warning in series.take_warnings() {
                 say!("board: {warning}");
             }
         }
-        pieces.finish()
+        series.finish()
     }))
 }

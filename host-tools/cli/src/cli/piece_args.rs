@@ -42,8 +42,8 @@ impl PieceArgs {
         }
         let usual = Bounds::default();
         Ok(Bounds {
-            piece_bytes: self.piece_mb << 20,
-            piece_cycles: self.piece_cycles.unwrap_or(usual.piece_cycles),
+            file_bytes: self.piece_mb << 20,
+            file_cycles: self.piece_cycles.unwrap_or(usual.file_cycles),
             total_bytes: self.max_gb << 30,
             ..usual
         })

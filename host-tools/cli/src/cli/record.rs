@@ -47,7 +47,7 @@ pub(super) struct Record {
 }
 
 /// If no datagram comes for so long, the recorder gives up those that are missing: none is delayed by so much.
-const REST: Duration = Duration::from_millis(100);
+const GIVE_UP_AFTER: Duration = Duration::from_millis(100);
 /// How often the progress is shown.
 const SHOW_PERIOD: Duration = Duration::from_millis(250);
 
@@ -66,7 +66,7 @@ impl Record {
 
         let mut recorder = Recorder::within(&self.output, bounds);
         let recorded = self.record(&listener, &mut recorder, &stop);
-        let rest = recorded.and_then(|()| {
+        let drained = recorded.and_then(|()| {
             listener
                 .close()
                 .try_for_each(|(datagram, from)| recorder.accept(&datagram, from))
@@ -79,7 +79,7 @@ impl Record {
         if !summary.recordings.is_empty() {
             answer(self.json, &summary, || text(&summary))?;
         }
-        rest.and(finished)?;
+        drained.and(finished)?;
         verdict(&summary, &progress)
     }
 
@@ -93,9 +93,9 @@ impl Record {
         let began = Instant::now();
         let mut display = Display::new();
         while !stop.load(Ordering::Relaxed) {
-            match listener.receive(REST) {
+            match listener.receive(GIVE_UP_AFTER) {
                 Some((datagram, from)) => recorder.accept(&datagram, from)?,
-                None => recorder.rest()?,
+                None => recorder.give_up_missing()?,
             }
             for note in recorder.take_notes() {
                 display.say(&note);

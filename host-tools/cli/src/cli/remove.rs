@@ -35,7 +35,7 @@ struct Document<'a> {
 impl Remove {
     pub(super) fn execute(self) -> Result<()> {
         let file = ModelFile::open(&self.model)?;
-        let edited = file.without(&self.effect)?;
+        let edited = file.without_effect(&self.effect)?;
         let difference = edited.difference();
         if !self.dry_run {
             edited.save()?;

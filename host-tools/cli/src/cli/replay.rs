@@ -6,7 +6,7 @@ use clap::Args;
 use softdock_io::recording::Recording;
 use softdock_io::replay::{Replay as Recomputation, ReplayReport};
 use softdock_io::say;
-use softdock_io::telemetry::sort_pieces;
+use softdock_io::telemetry::sort_series;
 use std::path::PathBuf;
 
 /// Recompute every correction of a recording and compare it bit for bit.
@@ -39,7 +39,7 @@ impl Replay {
         let mut recomputation = Recomputation::default();
         let mut report = None;
         let mut recordings = self.recordings.clone();
-        sort_pieces(&mut recordings);
+        sort_series(&mut recordings);
         for path in &recordings {
             let recording = Recording::open(path)?;
             for note in recording.notes() {

@@ -18,8 +18,8 @@ use softdock_experiments::run::RunStatistics;
 use softdock_experiments::scenario::Scenario;
 use softdock_io::input::{self, refuse_overwrite_of};
 use softdock_io::say;
-use softdock_io::telemetry::{Pieces, Time};
-use softdock_mechanism::{EnergyBook, Loads};
+use softdock_io::telemetry::{FileSeries, Time};
+use softdock_mechanism::{EnergyBalance, Loads};
 use softdock_report::{Cell, Column, Table};
 use softdock_rig::rig::{self, hidden::suggest};
 use softdock_workbench::Simulation;
@@ -101,7 +101,7 @@ pub(super) struct Summary {
     fault: Option<String>,
     captured: bool,
     captured_s: Option<f64>,
-    energy: EnergyBook,
+    energy: EnergyBalance,
     loads: Vec<DockingLoads>,
     impacts: Vec<Impact>,
     /// Smallest damping that the predictor tells from none at this noise, N·s/m; only where the law has flagged a contact in
@@ -189,10 +189,10 @@ impl Run {
             .collect();
         refuse_overwrite_of(&inputs, &self.output, self.force)?;
         let mut finder = ImpactFinder::new(&scenario);
-        let mut pieces = Pieces::new(&self.output, self.pieces.bounds()?, Time::Virtual);
-        let ran = record(&scenario, &mut pieces, &mut finder, goes_on)?;
+        let mut series = FileSeries::new(&self.output, self.pieces.bounds()?, Time::Virtual);
+        let ran = record(&scenario, &mut series, &mut finder, goes_on)?;
         let Some((statistics, last)) = ran else {
-            for path in pieces.paths() {
+            for path in series.paths() {
                 std::fs::remove_file(path)
                     .with_context(|| format!("cannot remove {}", path.display()))?;
             }
@@ -201,7 +201,7 @@ impl Run {
         let impacts = finder.finish();
         let mut summary = Summary {
             recording: self.output.display().to_string(),
-            pieces: pieces_of(pieces.paths()),
+            pieces: pieces_of(series.paths()),
             cycles: statistics.cycles,
             simulated_s: statistics.simulated_s,
             real_time_factor: statistics.real_time_factor(),
@@ -254,14 +254,14 @@ impl Run {
 /// Runs the scenario and records it. Returns the trace of the last cycle, or None if `goes_on` stopped the run.
 fn record(
     scenario: &Scenario,
-    pieces: &mut Pieces,
+    series: &mut FileSeries,
     finder: &mut ImpactFinder<'_>,
     goes_on: &dyn Fn(f64) -> ControlFlow<()>,
 ) -> Result<Option<(RunStatistics, Trace)>> {
     let cycles = scenario.cycles();
     let percent = (cycles / 100).max(1);
     let (mut last, mut done, mut ended) = (Trace::default(), 0, false);
-    let statistics = record_file(scenario, pieces, &mut |record, truth| {
+    let statistics = record_file(scenario, series, &mut |record, truth| {
         finder.push(record, truth);
         last = record.trace;
         done += 1;
@@ -400,7 +400,7 @@ fn docked(summary: &Summary) -> String {
         Some(captured_s) => format!("captured at {captured_s:.3} s"),
         None => "not captured".to_owned(),
     };
-    let EnergyBook {
+    let EnergyBalance {
         work_j,
         stored_j,
         dissipated_j,

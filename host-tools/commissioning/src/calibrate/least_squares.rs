@@ -109,7 +109,7 @@ pub(super) fn solve_weighted<G: Borrow<Group>>(
         let problem = Problem::new(groups, weights, unknowns, &gravity, &values, sigma);
         let solved = problem.solve();
         values = solved.values.clone();
-        let left = problem.left(&values);
+        let left = problem.residual_noise(&values);
         sigma = left.sigma;
         // The covariance belongs to the noise with which the rows were scaled.
         let rescaled = problem.covariance(&solved, sigma);
@@ -125,7 +125,7 @@ pub(super) fn solve_weighted<G: Borrow<Group>>(
 }
 
 fn finished(
-    last: Option<(Solved, DMatrix<f64>, Left)>,
+    last: Option<(Solved, DMatrix<f64>, ResidualNoise)>,
     unknowns: &Unknowns,
     values: DVector<f64>,
     gravity: Gravity,
@@ -137,7 +137,7 @@ fn finished(
             f64::INFINITY,
             DVector::zeros(count),
             DMatrix::zeros(count, count),
-            Left::default(),
+            ResidualNoise::default(),
         ),
     };
     Solution {
@@ -294,7 +294,7 @@ impl Solved {
 
 /// Noise that the rows leave, and its degrees of freedom; each for forces and torques.
 #[derive(Clone, Copy, Default)]
-struct Left {
+struct ResidualNoise {
     sigma: [f64; 2],
     freedom: [f64; 2],
 }
@@ -394,7 +394,7 @@ impl Problem {
     }
 
     /// Noise of forces and torques that these values leave; the unknowns reduce the degrees of freedom.
-    fn left(&self, values: &DVector<f64>) -> Left {
+    fn residual_noise(&self, values: &DVector<f64>) -> ResidualNoise {
         let residual = &self.read - &self.rows * values;
         let of = |part: usize, unknowns: usize| {
             let freedom = (residual.len() as f64 / 2.0 - unknowns as f64).max(1.0);
@@ -405,7 +405,7 @@ impl Problem {
             of(0, self.unknowns.of_forces()),
             of(1, self.unknowns.of_torques()),
         );
-        Left {
+        ResidualNoise {
             sigma: [force.0, torque.0],
             freedom: [force.1, torque.1],
         }

@@ -108,7 +108,7 @@ impl Guide {
         if self.told || self.stand.is_empty() {
             return Ok(None);
         }
-        let settled = standstill::settled(&self.stand, 0..self.stand.len());
+        let settled = standstill::settled_part(&self.stand, 0..self.stand.len());
         let own = &self.stand[settled];
         if !standstill::is_long(own) {
             return Ok(None);

@@ -61,7 +61,7 @@ pub(super) fn groups(
 pub fn rests(readings: &[Reading]) -> Vec<Range<usize>> {
     let settled = stands(readings)
         .into_iter()
-        .map(|stand| settled(readings, stand));
+        .map(|stand| settled_part(readings, stand));
     let long = settled.filter(|rest| is_long(&readings[rest.clone()]));
     merged(readings, long.collect())
 }
@@ -72,7 +72,7 @@ pub(super) fn unused(readings: &[Reading]) -> Vec<String> {
     let why = |stand: Range<usize>| {
         let (first, last) = (&readings[stand.start], &readings[stand.end - 1]);
         let (at_s, lasts_s) = (first.time_s, last.time_s - first.time_s);
-        let rest = settled(readings, stand);
+        let rest = settled_part(readings, stand);
         if used.contains(&rest) || lasts_s < SETTLING_S {
             return None;
         }
@@ -103,7 +103,7 @@ fn stands(readings: &[Reading]) -> Vec<Range<usize>> {
 }
 
 /// The readings of a rest after tool and cables have come to rest.
-pub(super) fn settled(readings: &[Reading], stand: Range<usize>) -> Range<usize> {
+pub(super) fn settled_part(readings: &[Reading], stand: Range<usize>) -> Range<usize> {
     let settled_s = readings[stand.start].time_s + SETTLING_S;
     let first = stand.clone().find(|n| readings[*n].time_s >= settled_s);
     first.unwrap_or(stand.end)..stand.end

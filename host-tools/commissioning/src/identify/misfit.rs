@@ -224,11 +224,11 @@ impl Fit {
 
 /// Residual vector of an actuator, with the origin and the steps at reversals that suit it best removed.
 pub(super) fn residual(track: &Track, chain: &Chain) -> Vec<f64> {
-    track.steps.removed(left(track, chain))
+    track.steps.removed(residuals(track, chain))
 }
 
 /// Measured minus simulated judged positions; the mean is 0.
-fn left(track: &Track, chain: &Chain) -> Vec<f64> {
+fn residuals(track: &Track, chain: &Chain) -> Vec<f64> {
     let timing = Timing::uniform(track.cycle_s);
     let velocity = simulate(chain, &track.sent, &timing, Reading::Mean);
     let mut place = 0.0;
@@ -260,7 +260,7 @@ pub(super) fn fit(track: &Track, structure: Structure, start: &[f64]) -> Fit {
         .with_xtol(1e-9)
         .minimize(problem);
     let values = found.values();
-    let left = left(track, &structure.chain(&values));
+    let left = residuals(track, &structure.chain(&values));
     Fit {
         structure,
         residual: track.steps.removed(left.clone()),

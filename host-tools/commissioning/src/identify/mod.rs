@@ -48,7 +48,7 @@ pub fn identify(recording: &Recording) -> Result<Identification> {
     let found: Vec<Result<AxisActuator, String>> = tracks
         .par_iter()
         .map(|track| {
-            let mut found = structure::found(track);
+            let mut found = structure::identify_structure(track);
             if let Some(reason) = found.goes_elsewhere(track) {
                 return Err(reason);
             }

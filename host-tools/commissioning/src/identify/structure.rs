@@ -57,7 +57,7 @@ const UNUSUAL: [Pause; 3] = [
 ];
 
 /// The actuator of an axis.
-pub(super) fn found(track: &Track) -> AxisActuator {
+pub(super) fn identify_structure(track: &Track) -> AxisActuator {
     let start = scanned(track);
     let certain = responses(track, Limit::None, &start, &[]);
     let noise = least(&certain).map_or(0.0, noise_of);

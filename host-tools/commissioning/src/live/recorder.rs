@@ -55,7 +55,7 @@ impl LiveRecorder {
         loop {
             match self.listener.receive(until.duration_since(Instant::now())) {
                 Some((datagram, from)) => self.recorder.accept(&datagram, from)?,
-                None => self.recorder.rest()?,
+                None => self.recorder.give_up_missing()?,
             }
             let cycles = self.recorder.progress().cycles;
             if cycles != self.cycles {
@@ -88,7 +88,7 @@ impl LiveRecorder {
     /// It cannot be written or read, the board's settings never came, or it started over.
     pub fn finish(self) -> Result<(Recording, Vec<String>)> {
         // The file is read before its folder goes.
-        let (summary, _folder) = self.ended()?;
+        let (summary, _folder) = self.finish_all()?;
         let [part] = summary.recordings.as_slice() else {
             bail!(
                 "the board started over, or a second one sends to this address: {} recordings came of it",
@@ -115,7 +115,7 @@ impl LiveRecorder {
         if self.folder.is_some() {
             return "no recording is kept (--keep names a file for one)".to_owned();
         }
-        match self.ended() {
+        match self.finish_all() {
             Ok((summary, _)) if summary.recordings.is_empty() => {
                 "no cycle was recorded: no file is kept".to_owned()
             }
@@ -128,10 +128,10 @@ impl LiveRecorder {
     }
 
     /// Writes what has come, and ends every file. They go away with the folder, if there is one.
-    fn ended(mut self) -> Result<(Summary, Option<tempfile::TempDir>)> {
-        let mut rest = self.listener.close();
-        let came = rest.try_for_each(|(datagram, from)| self.recorder.accept(&datagram, from));
-        let came = came.and_then(|()| self.recorder.rest());
+    fn finish_all(mut self) -> Result<(Summary, Option<tempfile::TempDir>)> {
+        let mut drained = self.listener.close();
+        let came = drained.try_for_each(|(datagram, from)| self.recorder.accept(&datagram, from));
+        let came = came.and_then(|()| self.recorder.give_up_missing());
         let (summary, finished) = self.recorder.finish();
         came.and(finished)?;
         Ok((summary, self.folder))

@@ -96,7 +96,7 @@ impl Client {
             tell("the trial ends; the board starts over");
             return self.wait_for_restart(boot);
         }
-        self.done(&Request::Previous)?;
+        self.expect_done(&Request::Previous)?;
         self.try_draft(confirm_within_s, tell)
     }
 
@@ -139,14 +139,14 @@ impl Client {
 
     /// Begins a new draft; refused while settings of another program are on trial.
     fn begin(&mut self) -> Result<()> {
-        self.done(&Request::Begin).context(UNCHANGED)
+        self.expect_done(&Request::Begin).context(UNCHANGED)
     }
 
     /// Changes the draft.
     fn stage(&mut self, differences: &[Difference]) -> Result<()> {
         for Difference { name, wanted, .. } in differences {
             let value = wanted.for_board();
-            self.done(&Request::Set { path: name, value })
+            self.expect_done(&Request::Set { path: name, value })
                 .with_context(|| format!("`{name}` = {wanted}"))
                 .context(UNCHANGED)?;
         }
@@ -157,14 +157,14 @@ impl Client {
     fn or_give_up(&mut self, staged: Result<()>) -> Result<()> {
         if staged.is_err() {
             // What the line says now adds nothing to what was refused.
-            drop(self.done(&Request::Abort));
+            drop(self.expect_done(&Request::Abort));
         }
         staged
     }
 
     /// Validates, commits, waits and confirms.
     fn try_draft(&mut self, confirm_within_s: u16, tell: &mut impl FnMut(&str)) -> Result<()> {
-        let valid = self.done(&Request::Validate).context(UNCHANGED);
+        let valid = self.expect_done(&Request::Validate).context(UNCHANGED);
         self.or_give_up(valid.map(drop))?;
         let boot = self.identity().boot;
         tell("writing");
@@ -194,7 +194,7 @@ impl Client {
     /// Keeps the settings that are on trial.
     fn confirm(&mut self) -> Result<(), LinkError> {
         let boot = self.identity().boot;
-        match self.done(&Request::Confirm) {
+        match self.expect_done(&Request::Confirm) {
             Err(error @ LinkError::Refused(Refusal::NotOnTrial)) => {
                 self.hello(ATTEMPTS)?;
                 // In the same boot it was confirmed already, and the first answer was lost; in

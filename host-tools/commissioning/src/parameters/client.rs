@@ -155,7 +155,7 @@ impl Client {
     ///
     /// # Errors
     /// As [`Self::call`].
-    pub fn done(&mut self, request: &Request<'_>) -> Result<(), LinkError> {
+    pub fn expect_done(&mut self, request: &Request<'_>) -> Result<(), LinkError> {
         self.call(request, |answer| (answer == Answer::Done).then_some(()))
     }
 
@@ -251,7 +251,7 @@ impl Client {
     /// # Errors
     /// As [`Self::loop_back`].
     pub fn lamps(&mut self, lit: Option<[bool; 3]>) -> Result<(), LinkError> {
-        self.done(&Request::SelfTest(SelfTest::Lamps(lit)))
+        self.expect_done(&Request::SelfTest(SelfTest::Lamps(lit)))
     }
 
     /// The lines of its log that it still has, from a number on.

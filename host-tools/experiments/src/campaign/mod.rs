@@ -11,7 +11,7 @@
 //!   place                       the folder or the object store with the plan and the parts
 //! the table       merge         all parts, row by row, or an error that says what is missing
 //! the report      results       access to the rows
-//!   summary, page               success, limits (kept), quantiles, worst rows, which factor matters
+//!   summary, page               success, limits (limit_results), quantiles, worst rows, which factor matters
 //! ```
 
 pub mod bench;
@@ -22,7 +22,7 @@ pub mod design;
 pub mod distribution;
 pub mod file;
 pub mod journal;
-pub mod kept;
+pub mod limit_results;
 pub mod merge;
 pub mod outcome;
 pub mod page;

@@ -2,7 +2,7 @@
 
 use super::columns::{BINARY, PLAN};
 use super::file::Limit;
-use super::kept::{KeptLimit, Split, splits};
+use super::limit_results::{LimitResults, Split, splits};
 use super::results::Results;
 use super::setting::unit;
 use super::statistics::Estimate;
@@ -86,7 +86,7 @@ fn failures(summary: &Summary) -> Table {
 }
 
 /// Each limit with the outcomes of the runs. The source of a limit is given in its first row.
-fn limits(limits: &[KeptLimit]) -> Table {
+fn limits(limits: &[LimitResults]) -> Table {
     let mut table = Table::new(vec![
         Column::text("outcome"),
         Column::number("limit", ""),
@@ -97,19 +97,34 @@ fn limits(limits: &[KeptLimit]) -> Table {
         Column::number("kept by", ""),
         Column::text("source of the limit"),
     ]);
-    for KeptLimit { limit, unit, kept } in limits {
+    for LimitResults {
+        limit,
+        unit,
+        results,
+    } in limits
+    {
         let number = |value: Option<f64>| {
             value.map_or_else(|| Cell::text(""), |value| Cell::number(value, DIGITS))
         };
-        for (place, kept) in kept.iter().enumerate() {
+        for (place, result) in results.iter().enumerate() {
             table.push(vec![
                 Cell::text(&limit.outcome),
                 Cell::text(limit.bounds()),
                 Cell::text(unit.replace('1', "")),
-                Cell::text(if kept.of.is_empty() { "all" } else { &kept.of }),
-                number(kept.median.map(|median| median.value)),
-                number(kept.worst),
-                Cell::text(kept.share.as_ref().map(percent).unwrap_or_default()),
+                Cell::text(if result.group.is_empty() {
+                    "all"
+                } else {
+                    &result.group
+                }),
+                number(result.median.map(|median| median.value)),
+                number(result.worst),
+                Cell::text(
+                    result
+                        .share_within
+                        .as_ref()
+                        .map(percent)
+                        .unwrap_or_default(),
+                ),
                 match place {
                     0 => source(limit),
                     _ => Cell::text(""),
@@ -400,7 +415,7 @@ fn maps(results: &Results<'_>, summary: &Summary, splits: &[Split]) -> Result<Ve
 /// Distribution of each outcome, with its limit.
 fn distributions(results: &Results<'_>, splits: &[Split]) -> Result<Vec<Plot>> {
     let mut plots = Vec::new();
-    for number in results.shown() {
+    for number in results.shown_numbers() {
         let all = results.numbers(number.name)?;
         let values = |split: &Split| {
             let own = all.iter().zip(&split.rows).filter(|(_, own)| **own);

@@ -54,7 +54,7 @@ impl Results<'_> {
     }
 
     /// The outcomes that the report shows.
-    pub fn shown(&self) -> impl Iterator<Item = &'static Number> {
+    pub fn shown_numbers(&self) -> impl Iterator<Item = &'static Number> {
         let campaign = &self.plan.campaign;
         let named = campaign.outcomes.iter().map(String::as_str);
         let wanted: Vec<&str> = match (campaign.outcomes.is_empty(), campaign.bench) {

@@ -1,6 +1,6 @@
 //! Result of a campaign in numbers.
 
-use super::kept::{KeptLimit, kept_limits};
+use super::limit_results::{LimitResults, limit_results};
 use super::place::Place;
 use super::plan::Conditions;
 use super::results::Results;
@@ -38,7 +38,7 @@ pub struct Summary {
     /// Share of the runs in which the mechanism captured; None if it cannot.
     pub captured: Option<Estimate>,
     /// Each limit, and whether it was kept.
-    pub limits: Vec<KeptLimit>,
+    pub limits: Vec<LimitResults>,
     /// Success for each value of a list or grid.
     pub groups: Vec<Group>,
     /// Quantiles of the outcomes.
@@ -120,7 +120,7 @@ pub fn summary(results: &Results<'_>, place: &Place) -> Result<Summary> {
     let captured = results.flags("captured")?;
     let can_capture = rows.iter().copied().filter(|row| captured[*row].is_some());
     let can_capture: Vec<usize> = can_capture.collect();
-    let outcomes = results.shown().map(|number| {
+    let outcomes = results.shown_numbers().map(|number| {
         let sample = results.sample(&rows, results.numbers(number.name)?);
         Ok(OutcomeSummary {
             name: number.name,
@@ -138,7 +138,7 @@ pub fn summary(results: &Results<'_>, place: &Place) -> Result<Summary> {
         failures,
         success: results.share(&rows, |row| success[row]),
         captured: results.share(&can_capture, |row| captured[row] == Some(true)),
-        limits: kept_limits(results)?,
+        limits: limit_results(results)?,
         groups: groups(results, &success)?,
         outcomes: outcomes.collect::<Result<_>>()?,
         worst_by: results.worst_by().0.to_owned(),
@@ -211,7 +211,7 @@ fn worst(results: &Results<'_>, place: &Place) -> Result<Vec<WorstRow>> {
 
 fn sensitivity(results: &Results<'_>) -> Result<Vec<Sensitivity>> {
     let mut all = Vec::new();
-    for number in results.shown() {
+    for number in results.shown_numbers() {
         let indices = sobol(results, number.name)?;
         let mut drawn = indices.iter();
         for factor in &results.plan.factors {

@@ -103,12 +103,12 @@ impl Rig {
     /// A value of the rig is out of its range, or no wall is approached.
     pub fn of_scenario(scenario: &Scenario) -> Result<Self> {
         scenario.rig.validate().context("[rig]")?;
-        let Some(Met {
+        let Some(FirstContact {
             speed_m_s,
             wall,
             nonlinear,
             ..
-        }) = met_first(scenario)
+        }) = first_contact(scenario)
         else {
             bail!(
                 "neither a wall of `rig.mechanism.walls` nor a docking mechanism is approached; give the spacecraft a velocity towards one \
@@ -286,7 +286,7 @@ fn as_wall(docking: &DockingSettings, joint: Joint) -> WallSettings {
 }
 
 /// A wall that is approached.
-struct Met {
+struct FirstContact {
     /// Time until it is met, s.
     time_s: f64,
     /// Speed towards it, m/s.
@@ -297,7 +297,7 @@ struct Met {
 }
 
 /// The wall or docking mechanism that is met first; None if none is approached.
-fn met_first(scenario: &Scenario) -> Option<Met> {
+fn first_contact(scenario: &Scenario) -> Option<FirstContact> {
     let mechanism = &scenario.rig.mechanism;
     // A mechanism that is not linear takes part without stiffness, as it may be the first that is met.
     let none = Joint {
@@ -313,7 +313,7 @@ fn met_first(scenario: &Scenario) -> Option<Met> {
     let walls = mechanism.walls.iter().cloned().map(|wall| (wall, None));
     let approached = walls.chain(dockings).filter_map(|(wall, nonlinear)| {
         let (distance_m, speed_m_s) = approach(scenario, &wall);
-        (speed_m_s > 0.0).then(|| Met {
+        (speed_m_s > 0.0).then(|| FirstContact {
             time_s: distance_m.max(0.0) / speed_m_s,
             speed_m_s,
             wall,

@@ -77,7 +77,7 @@ pub fn export_csv(recording: &Recording, path: &Path) -> anyhow::Result<()> {
             |column| &column.name,
         ),
     };
-    let table = NewFile::written(path, |file| write_table(recording, topics, file))?;
+    let table = NewFile::write(path, |file| write_table(recording, topics, file))?;
     let text = serde_json::to_string_pretty(&sidecar)?;
     let described = NewFile::of(&path.with_extension("json"), text)?;
     described.keep()?;

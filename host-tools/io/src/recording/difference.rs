@@ -1,8 +1,8 @@
 //! Where two records of the same cycle differ, down to the bit.
 
-use super::again::{Rounded, checksum};
 use super::cdr::Encoder;
 use super::field::{EachNumber, Number};
+use super::recomputation::{Rounded, checksum};
 use super::text::{CellWriter, columns};
 use super::topics::{Form, Row, Topic};
 use softdock_app::record::CycleRecord;

@@ -3,7 +3,7 @@
 //! The native format is MCAP with ROS 2 messages, which Foxglove and PlotJuggler open:
 //! - `topics` names every recorded number, `field` and `words` say how it is described,
 //! - `cdr` and `schema` turn these into messages and their description,
-//! - `single` and `again` store in half the space what can be computed again,
+//! - `single` and `recomputation` store in half the space what can be computed again,
 //! - `writer` and `reader` write messages into a file and read them back, also from a truncated file,
 //! - `mcap_file` is the file that the writer writes,
 //! - `table` stores logs of other programs with only the columns that they have,
@@ -15,7 +15,6 @@
 //! - `wall_clock` assigns times of day to cycles,
 //! - `difference` compares two records of a cycle.
 
-mod again;
 mod cdr;
 mod columns;
 mod csv_files;
@@ -26,6 +25,7 @@ mod mcap_file;
 mod numbers;
 mod outline;
 mod reader;
+mod recomputation;
 mod ros2;
 mod schema;
 mod single;
@@ -36,11 +36,11 @@ mod wall_clock;
 mod words;
 mod writer;
 
-pub use again::Rounded;
 pub use columns::Column;
 pub use csv_files::{export_csv, import_csv};
 pub use difference::{Comparison, Difference};
 pub use outline::Outline;
+pub use recomputation::Rounded;
 pub use wall_clock::{WALL_CLOCK, WallClock};
 pub use writer::RecordingWriter;
 

@@ -53,13 +53,7 @@ impl Outline {
             Ok(enough.then_some(McapError::UnexpectedEof))
         })
         .ok()?;
-        let (header, cut, cycles, duration_s) = loader.outline(&summary)?;
-        Some(Self {
-            header,
-            cut,
-            cycles,
-            duration_s,
-        })
+        loader.outline(&summary)
     }
 }
 

@@ -3,9 +3,10 @@
 //! A chunk is used only after its checksum was found right, so that nothing half-written or
 //! damaged gets into a recording. The file may come from anywhere: no length in it is trusted.
 
-use super::again::{Again, Rounded};
 use super::cdr::Decoder;
 use super::file_format::{MESSAGE_ENCODING, NS_PER_S, SCHEMA_ENCODING};
+use super::outline::Outline;
+use super::recomputation::{Recomputation, Rounded};
 use super::schema::{declarations, ros2msg, ros2msg_of_arrays};
 use super::table::{self, TableReader};
 use super::topics::{Form, Row, Topic};
@@ -119,7 +120,7 @@ pub(super) struct Loader {
     /// Whether computed numbers are in single precision, with a checksum.
     single: bool,
     /// Recomputes these numbers, as long as the checksums agree.
-    again: Option<Again>,
+    recomputation: Option<Recomputation>,
     /// The cycle whose messages are being read.
     row: Row,
     /// Bits of the topics that were read of this cycle.
@@ -307,7 +308,7 @@ impl Loader {
         let single = topic == Topic::Checksum || matches!(form, Form::Single(_));
         if single && !self.single {
             self.single = true;
-            self.again = self.header.as_ref().and_then(Again::new);
+            self.recomputation = self.header.as_ref().and_then(Recomputation::new);
         }
         self.channels.insert(channel.id, form);
         Ok(())
@@ -363,8 +364,8 @@ impl Loader {
         if !self.single || self.recording.rounded.is_some() {
             return;
         }
-        let again = self.again.as_mut();
-        if !again.is_some_and(|again| again.complete(&mut self.row)) {
+        let recomputation = self.recomputation.as_mut();
+        if !recomputation.is_some_and(|recomputation| recomputation.complete(&mut self.row)) {
             self.recording.rounded = Some(Rounded {
                 place: self.recording.cycles.len(),
                 checksum: self.row.checksum,
@@ -379,12 +380,9 @@ impl Loader {
         format!("`{}`", name.unwrap_or("the next cycle"))
     }
 
-    /// Header, reason for an early end, number of cycles and duration (s) according to the file's summary. None if it has no
-    /// statistics, or not the same number of messages on each topic.
-    pub(super) fn outline(
-        mut self,
-        summary: &Summary,
-    ) -> Option<(Header, Option<String>, usize, f64)> {
+    /// The outline according to the file's summary. None if it has no statistics, or not the same number of messages on each
+    /// topic.
+    pub(super) fn outline(mut self, summary: &Summary) -> Option<Outline> {
         let statistics = summary.stats.as_ref()?;
         let mut counts = BTreeSet::new();
         for (id, channel) in &summary.channels {
@@ -413,11 +411,13 @@ impl Loader {
         let length_ns = statistics
             .message_end_time
             .checked_sub(statistics.message_start_time)?;
-        let cycles = usize::try_from(cycles).ok()?;
-        let duration_s = length_ns as f64 / NS_PER_S;
-        counts
-            .is_empty()
-            .then_some((self.header?, self.recording.cut, cycles, duration_s))
+        let outline = Outline {
+            header: self.header?,
+            cut: self.recording.cut,
+            cycles: usize::try_from(cycles).ok()?,
+            duration_s: length_ns as f64 / NS_PER_S,
+        };
+        counts.is_empty().then_some(outline)
     }
 
     fn finish(mut self, end: Option<Broken>, length: u64) -> anyhow::Result<Recording> {

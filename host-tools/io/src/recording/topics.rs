@@ -70,7 +70,7 @@ impl Topic {
         Self::Truth,
     ];
 
-    /// Topics that a cycle computes from its inputs; see `again`.
+    /// Topics that a cycle computes from its inputs; see `recomputation`.
     pub(super) const COMPUTED: [Self; 8] = [
         Self::Wrench,
         Self::BodyK,

@@ -3,10 +3,10 @@
 //! A chunk is built in memory and handed to the operating system as a whole, a quarter of a second of cycles at a time.
 //! However the program ends, the file holds every chunk before.
 
-use super::again::checksum;
 use super::cdr::Encoder;
 use super::file_format::{LIBRARY, MESSAGE_ENCODING, SCHEMA_ENCODING, channel_metadata, metadata};
 use super::mcap_file::{McapFile, Stamp};
+use super::recomputation::checksum;
 use super::schema::ros2msg;
 use super::topics::{Form, Row, Topic};
 use super::{Header, PROFILE, Recording, TruthRecord, WallClock, table};
@@ -105,7 +105,7 @@ impl<W: Write> RecordingWriter<W> {
     }
 
     /// Marks a run that this program computes. If the recording has its beginning, it can be computed again, so computed
-    /// numbers are stored in single precision: see `again`. To be called before the first cycle is pushed.
+    /// numbers are stored in single precision: see `recomputation`. To be called before the first cycle is pushed.
     #[must_use]
     pub fn simulated(self) -> Self {
         let single = true;

@@ -1,6 +1,6 @@
 //! Assembles messages from the parts of a stream, which come in order with gaps.
 
-use softdock_app::telemetry::{Kind, Part};
+use softdock_app::telemetry::{Kind, MessagePart};
 
 /// The head of a part, without its payload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,7 +13,7 @@ struct Head {
 }
 
 impl Head {
-    fn of(part: &Part<'_>) -> Self {
+    fn of(part: &MessagePart<'_>) -> Self {
         Self {
             kind: part.kind,
             part: part.part,
@@ -49,7 +49,7 @@ impl Assembly {
     }
 
     /// Takes the next part. Returns the message if this part completes it.
-    pub(super) fn push(&mut self, part: &Part<'_>) -> Option<(Kind, Vec<u8>)> {
+    pub(super) fn push(&mut self, part: &MessagePart<'_>) -> Option<(Kind, Vec<u8>)> {
         let head = Head::of(part);
         if head.part == 0 {
             self.tear();
@@ -111,7 +111,7 @@ mod tests {
     }
 
     fn push(assembly: &mut Assembly, head: Head, payload: &[u8]) -> Option<(Kind, Vec<u8>)> {
-        assembly.push(&Part {
+        assembly.push(&MessagePart {
             kind: head.kind,
             part: head.part,
             parts: head.parts,

@@ -15,9 +15,9 @@ pub struct Bounds {
     /// The limit is needed because anybody who can send to the recorder can forge both.
     pub begun: u32,
     /// Size at which a file is ended and the next one begun, bytes.
-    pub piece_bytes: u64,
+    pub file_bytes: u64,
     /// Number of cycles at which a file is ended and the next one begun.
-    pub piece_cycles: u64,
+    pub file_cycles: u64,
     /// Total size of all files at which the recording ends, bytes.
     pub total_bytes: u64,
 }
@@ -27,8 +27,8 @@ impl Default for Bounds {
     fn default() -> Self {
         Self {
             begun: 64,
-            piece_bytes: 1 << 30,
-            piece_cycles: u64::MAX,
+            file_bytes: 1 << 30,
+            file_cycles: u64::MAX,
             total_bytes: 100 << 30,
         }
     }
@@ -74,7 +74,7 @@ impl Budget {
 
     /// Whether a file of this size is to be ended.
     pub(super) fn is_full(&self, bytes: u64, cycles: u64) -> bool {
-        bytes >= self.bounds.piece_bytes || cycles >= self.bounds.piece_cycles
+        bytes >= self.bounds.file_bytes || cycles >= self.bounds.file_cycles
     }
 
     /// Counts bytes that were written to a file, and warns of a full disk.
@@ -101,7 +101,7 @@ impl Budget {
     }
 
     /// Counts the last bytes of a file that was ended, without checks.
-    pub(super) fn ended(&mut self, bytes: u64) {
+    pub(super) fn count_last(&mut self, bytes: u64) {
         self.written += bytes;
     }
 

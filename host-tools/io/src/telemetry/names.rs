@@ -46,7 +46,7 @@ impl Names {
 
 /// Sorts the files of each recording by their number, the order in which they were written: a shell gives `run-10.mcap`
 /// before `run-2.mcap`.
-pub fn sort_pieces(paths: &mut [PathBuf]) {
+pub fn sort_series(paths: &mut [PathBuf]) {
     paths.sort_by_cached_key(|path| {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         let number = stem.rsplit_once('-');
@@ -64,7 +64,7 @@ mod tests {
     fn pieces_are_sorted_by_their_numbers() {
         let sorted = ["a/run.mcap", "a/run-2.mcap", "a/run-10.mcap", "b-c.mcap"].map(PathBuf::from);
         let mut given = [2, 3, 1, 0].map(|k| sorted[k].clone());
-        sort_pieces(&mut given);
+        sort_series(&mut given);
         assert_eq!(given, sorted);
     }
 

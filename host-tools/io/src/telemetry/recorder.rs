@@ -1,13 +1,13 @@
 //! Writes datagrams of any senders into recordings.
 
 use super::budget::{Bounds, Budget};
-use super::part::PartSummary;
 use super::stream::Stream;
+use super::stream_file::FileSummary;
 use crate::identity;
 use anyhow::{Result, anyhow};
 use serde::Serialize;
 use softdock_app::record::CycleRecord;
-use softdock_app::telemetry::{DatagramError, Part};
+use softdock_app::telemetry::{DatagramError, MessagePart};
 use std::net::SocketAddr;
 use std::path::Path;
 
@@ -22,7 +22,7 @@ pub struct Recorder {
     streams: Vec<(u64, Stream)>,
     datagrams: u64,
     /// Files of streams that have ended.
-    finished: Vec<PartSummary>,
+    finished: Vec<FileSummary>,
     /// Datagrams of ended streams that came twice or too late.
     repeated: u64,
     /// Cycles of ended streams for which no file was allowed.
@@ -57,7 +57,7 @@ pub struct Summary {
     /// Cycles that are missing between those.
     pub lost_cycles: u64,
     /// The files.
-    pub recordings: Vec<PartSummary>,
+    pub recordings: Vec<FileSummary>,
     /// Datagrams that are not of softdock.
     pub foreign_datagrams: u64,
     /// Datagrams of softdock that were damaged.
@@ -99,7 +99,7 @@ impl Recorder {
     /// A file cannot be written; or the only board that was heard speaks another version, and there
     /// is nothing to record.
     pub fn accept(&mut self, datagram: &[u8], from: SocketAddr) -> Result<()> {
-        let part = match Part::read(datagram) {
+        let part = match MessagePart::read(datagram) {
             Ok(part) => part,
             Err(DatagramError::Foreign) => {
                 self.foreign += 1;
@@ -134,7 +134,7 @@ impl Recorder {
     ///
     /// # Errors
     /// A file cannot be written.
-    pub fn rest(&mut self) -> Result<()> {
+    pub fn give_up_missing(&mut self) -> Result<()> {
         for (_, stream) in &mut self.streams {
             stream.advance(true, &mut self.budget)?;
             self.notes.append(&mut stream.notes);
@@ -151,10 +151,10 @@ impl Recorder {
     /// Numbers of boots, cycles and losses so far.
     pub fn progress(&self) -> Progress {
         let (mut cycles, mut lost_cycles) = (0, 0_u64);
-        let open = self.streams.iter().flat_map(|(_, stream)| stream.parts());
-        for part in self.finished.iter().cloned().chain(open) {
-            cycles += part.cycles;
-            lost_cycles = part.lost_cycles.saturating_add(lost_cycles);
+        let open = self.streams.iter().flat_map(|(_, stream)| stream.files());
+        for file in self.finished.iter().cloned().chain(open) {
+            cycles += file.cycles;
+            lost_cycles = file.lost_cycles.saturating_add(lost_cycles);
         }
         let newest = self.streams.iter().rev();
         let newest = newest.filter_map(|(_, stream)| stream.identity()).next();
@@ -181,7 +181,7 @@ impl Recorder {
         for (_, stream) in std::mem::take(&mut self.streams) {
             outcome = outcome.and(self.end(stream));
         }
-        let sum = |of: fn(&PartSummary) -> u64| {
+        let sum = |of: fn(&FileSummary) -> u64| {
             let parts = self.finished.iter().map(of);
             parts.fold(0, u64::saturating_add)
         };

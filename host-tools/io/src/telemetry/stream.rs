@@ -2,13 +2,13 @@
 
 use super::assembly::Assembly;
 use super::budget::Budget;
-use super::part::{Losses, OpenPart, PartSummary};
+use super::stream_file::{FileSummary, Losses, StreamFile};
 use super::window::Window;
 use crate::recording::Header;
 use anyhow::Result;
 use softdock_app::image::Image;
 use softdock_app::record::CycleRecord;
-use softdock_app::telemetry::{Announcement, Kind, Part, read_machine, read_record, schema};
+use softdock_app::telemetry::{Announcement, Kind, MessagePart, read_machine, read_record, schema};
 use std::path::Path;
 
 /// Cycles that are held back until the settings come, which are announced every second: 20 s, about 7 MB. Beyond that they
@@ -28,7 +28,7 @@ struct Announced {
 pub(super) struct Stream {
     boot: u32,
     /// Pairs of a datagram's head and its payload.
-    window: Window<(Part<'static>, Vec<u8>)>,
+    window: Window<(MessagePart<'static>, Vec<u8>)>,
     assembly: Assembly,
     announced: Option<Announced>,
     /// Schema of the records, if this program cannot read it.
@@ -43,8 +43,8 @@ pub(super) struct Stream {
     dropped: u64,
     /// The cycle that was received last.
     pub(super) newest: Option<CycleRecord>,
-    part: Option<OpenPart>,
-    finished: Vec<PartSummary>,
+    file: Option<StreamFile>,
+    finished: Vec<FileSummary>,
     /// Remarks for the operator that were not taken yet.
     pub(super) notes: Vec<String>,
 }
@@ -63,7 +63,7 @@ impl Stream {
             held: Vec::new(),
             dropped: 0,
             newest: None,
-            part: None,
+            file: None,
             finished: Vec::new(),
             notes: Vec::new(),
         }
@@ -85,9 +85,9 @@ impl Stream {
     }
 
     /// Summaries of the files so far.
-    pub(super) fn parts(&self) -> impl Iterator<Item = PartSummary> + '_ {
-        let open = self.part.as_ref();
-        let open = open.map(|part| part.summary(self.losses()));
+    pub(super) fn files(&self) -> impl Iterator<Item = FileSummary> + '_ {
+        let open = self.file.as_ref();
+        let open = open.map(|file| file.summary(self.losses()));
         self.finished.iter().cloned().chain(open)
     }
 
@@ -104,9 +104,9 @@ impl Stream {
     }
 
     /// Takes a datagram.
-    pub(super) fn push(&mut self, part: &Part<'_>, budget: &mut Budget) -> Result<()> {
+    pub(super) fn push(&mut self, part: &MessagePart<'_>, budget: &mut Budget) -> Result<()> {
         let payload = part.payload.to_vec();
-        let head = Part {
+        let head = MessagePart {
             payload: &[],
             ..*part
         };
@@ -120,7 +120,7 @@ impl Stream {
             let counter = self.lost_counter.replace(head.lost).unwrap_or(head.lost);
             self.lost_on_board += u64::from(head.lost.wrapping_sub(counter));
             self.other_schema = (head.schema != schema()).then_some(head.schema);
-            let part = Part {
+            let part = MessagePart {
                 payload: &payload,
                 ..head
             };
@@ -130,8 +130,8 @@ impl Stream {
                     self.record(&message, budget)?;
                 }
                 Some((Kind::Machine, message)) => {
-                    if let (Ok(machine), Some(part)) = (read_machine(&message), &mut self.part) {
-                        part.note_machine(machine);
+                    if let (Ok(machine), Some(file)) = (read_machine(&message), &mut self.file) {
+                        file.note_machine(machine);
                     }
                 }
                 _ => {}
@@ -156,9 +156,9 @@ impl Stream {
             identity,
             message,
         });
-        if let Some(part) = self.part.take() {
+        if let Some(file) = self.file.take() {
             let losses = self.losses();
-            self.finished.push(part.finish(losses, budget)?);
+            self.finished.push(file.finish(losses, budget)?);
             self.notes.push(
                 "the board's settings are others from here on: the next cycles get a file of \
                  their own"
@@ -177,11 +177,11 @@ impl Stream {
             return Ok(());
         };
         self.newest = Some(record);
-        if self.part.as_ref().is_some_and(|part| part.is_full(budget)) {
+        if self.file.as_ref().is_some_and(|file| file.is_full(budget)) {
             self.go_on(budget)?;
         }
-        if let Some(part) = &mut self.part {
-            return part.push(&record, budget);
+        if let Some(file) = &mut self.file {
+            return file.push(&record, budget);
         }
         self.held.push(record);
         match self.announced.is_some() || self.held.len() >= HELD {
@@ -209,49 +209,49 @@ impl Stream {
             true => Losses::default(),
             false => self.losses(),
         };
-        let mut part = self.create(&path, false, before)?;
+        let mut file = self.create(&path, false, before)?;
         for record in self.held.drain(..) {
-            part.push(&record, budget)?;
+            file.push(&record, budget)?;
         }
-        self.part = Some(part);
+        self.file = Some(file);
         Ok(())
     }
 
     /// Ends the file, which has reached its limit, and begins the next one.
     fn go_on(&mut self, budget: &mut Budget) -> Result<()> {
         let losses = self.losses();
-        if let Some(part) = self.part.take() {
-            self.finished.push(part.finish(losses, budget)?);
+        if let Some(file) = self.file.take() {
+            self.finished.push(file.finish(losses, budget)?);
         }
-        self.part = Some(self.create(&budget.next_file(), true, losses)?);
+        self.file = Some(self.create(&budget.next_file(), true, losses)?);
         Ok(())
     }
 
-    fn create(&mut self, path: &Path, continues: bool, before: Losses) -> Result<OpenPart> {
+    fn create(&mut self, path: &Path, continues: bool, before: Losses) -> Result<StreamFile> {
         let announced = self.announced.as_ref();
         let header = announced.and_then(|announced| announced.header.as_ref().ok());
-        let part = OpenPart::create(path, self.boot, header, continues, before)?;
+        let file = StreamFile::create(path, self.boot, header, continues, before)?;
         self.notes.push(format!(
             "boot {:08x} of {}: recording into {}",
             self.boot,
             self.identity().unwrap_or("a board without a name"),
             path.display()
         ));
-        Ok(part)
+        Ok(file)
     }
 
     /// Ends the stream: writes all that came, without what is missing. Returns the files, the number of cycles for which no
     /// file was allowed, and the first error.
-    pub(super) fn finish(mut self, budget: &mut Budget) -> (Vec<PartSummary>, u64, Result<()>) {
+    pub(super) fn finish(mut self, budget: &mut Budget) -> (Vec<FileSummary>, u64, Result<()>) {
         let mut outcome = self.advance(true, budget);
         self.assembly.tear();
         if !self.held.is_empty() {
             outcome = outcome.and(self.open(budget));
         }
         let losses = self.losses();
-        if let Some(part) = self.part.take() {
-            let so_far = part.summary(losses);
-            let ended = part.finish(losses, budget);
+        if let Some(file) = self.file.take() {
+            let so_far = file.summary(losses);
+            let ended = file.finish(losses, budget);
             self.finished.push(so_far);
             outcome = outcome.and(ended.map(drop));
         }

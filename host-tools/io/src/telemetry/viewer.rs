@@ -3,12 +3,12 @@
 use super::assembly::Assembly;
 use super::window::Window;
 use softdock_app::record::CycleRecord;
-use softdock_app::telemetry::{Announcement, Kind, Part, read_machine, read_record, schema};
+use softdock_app::telemetry::{Announcement, Kind, MessagePart, read_machine, read_record, schema};
 use softdock_link::service::Machine;
 
 /// A message of a board.
 #[derive(Clone, Debug)]
-pub enum Seen {
+pub enum BoardMessage {
     /// The firmware's identity.
     Firmware(String),
     /// A cycle.
@@ -21,7 +21,7 @@ pub enum Seen {
 #[derive(Debug, Default)]
 pub struct Viewer {
     boot: Option<u32>,
-    window: Window<(Part<'static>, Vec<u8>)>,
+    window: Window<(MessagePart<'static>, Vec<u8>)>,
     assembly: Assembly,
     /// The board's own counter of records that it dropped for lack of room.
     lost_on_board: u32,
@@ -31,8 +31,8 @@ pub struct Viewer {
 
 impl Viewer {
     /// Takes a datagram; `see` is called with each message that it completes.
-    pub fn accept(&mut self, datagram: &[u8], see: &mut dyn FnMut(Seen)) {
-        let part = match Part::read(datagram) {
+    pub fn accept(&mut self, datagram: &[u8], see: &mut dyn FnMut(BoardMessage)) {
+        let part = match MessagePart::read(datagram) {
             Ok(part) if part.schema == schema() => part,
             _ => {
                 self.unreadable += 1;
@@ -46,7 +46,7 @@ impl Viewer {
                 ..Self::default()
             };
         }
-        let head = Part {
+        let head = MessagePart {
             payload: &[],
             ..part
         };
@@ -56,7 +56,7 @@ impl Viewer {
     }
 
     /// Called when nothing has come for a while: gives up the datagrams that are missing.
-    pub fn rest(&mut self, see: &mut dyn FnMut(Seen)) {
+    pub fn give_up_missing(&mut self, see: &mut dyn FnMut(BoardMessage)) {
         self.advance(true, see);
     }
 
@@ -67,23 +67,23 @@ impl Viewer {
         [u64::from(self.lost_on_board), torn, self.unreadable]
     }
 
-    fn advance(&mut self, give_up: bool, see: &mut dyn FnMut(Seen)) {
+    fn advance(&mut self, give_up: bool, see: &mut dyn FnMut(BoardMessage)) {
         while let Some((head, payload)) = self.window.take(give_up) {
             self.lost_on_board = head.lost;
-            let part = Part {
+            let part = MessagePart {
                 payload: &payload,
                 ..head
             };
             let seen = match self.assembly.push(&part) {
                 Some((Kind::Announcement, message)) => Announcement::read(&message)
                     .ok()
-                    .map(|announced| Seen::Firmware(announced.identity.to_owned())),
-                Some((Kind::Record, message)) => {
-                    read_record(&message).ok().map(|r| Seen::Cycle(Box::new(r)))
-                }
+                    .map(|announced| BoardMessage::Firmware(announced.identity.to_owned())),
+                Some((Kind::Record, message)) => read_record(&message)
+                    .ok()
+                    .map(|r| BoardMessage::Cycle(Box::new(r))),
                 Some((Kind::Machine, message)) => read_machine(&message)
                     .ok()
-                    .map(|m| Seen::Machine(Box::new(m))),
+                    .map(|m| BoardMessage::Machine(Box::new(m))),
                 None => None,
             };
             seen.into_iter().for_each(&mut *see);

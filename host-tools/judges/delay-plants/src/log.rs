@@ -43,7 +43,7 @@ pub struct Log {
     /// All contacts; the last one may not be released yet.
     pub contacts: Vec<ContactRecord>,
     /// Depth and time of the last sample.
-    last_look: (f64, f64),
+    last_sample: (f64, f64),
 }
 
 impl ContactRecord {
@@ -66,14 +66,14 @@ impl ContactRecord {
 impl Log {
     /// The first sample, before any motion.
     pub(crate) fn begin(&mut self, load: &Load) {
-        self.last_look = (load.depth, 0.0);
+        self.last_sample = (load.depth, 0.0);
     }
 
     /// Adds a sample of the load. Between samples, 0.1 ms apart or less, depth and force are interpolated linearly: times of
     /// touch and release are accurate to a microsecond, impulses to a thousandth.
-    pub(crate) fn look(&mut self, time_s: f64, load: &Load) {
-        let (depth, before_s) = self.last_look;
-        self.last_look = (load.depth, time_s);
+    pub(crate) fn add_sample(&mut self, time_s: f64, load: &Load) {
+        let (depth, before_s) = self.last_sample;
+        self.last_sample = (load.depth, time_s);
         let open = self.contacts.last().is_some_and(|c| c.release_s.is_none());
         let border_s = || {
             let share = depth / (depth - load.depth);

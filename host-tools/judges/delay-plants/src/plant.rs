@@ -113,7 +113,7 @@ impl Plant {
         robot.cycle(command, |motion| {
             let pose = RobotPose::new(&motion.position, &motion.velocity);
             let load = contact.load(&pose);
-            log.look(motion.time_s, &load);
+            log.add_sample(motion.time_s, &load);
             end = Moment {
                 time_s: motion.time_s,
                 position: motion.position,

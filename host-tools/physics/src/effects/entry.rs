@@ -84,7 +84,7 @@ impl Effect {
         parameters: &[],
         confused_with: &[],
         tell_apart: "",
-        law: Law::Apart(|_| 0.0),
+        law: Law::ClockOffset(|_| 0.0),
         separable: false,
         detail_of: &[],
         is_whole: |_, _| true,
@@ -156,7 +156,7 @@ impl Effect {
 
     /// Whether it exists only for a drive whose commands are recorded instead of a sensor's readings.
     pub fn is_of_a_drive(&self) -> bool {
-        matches!(self.law, Law::Drive(_))
+        matches!(self.law, Law::CommandGain(_))
     }
 
     /// Place of a parameter.
@@ -216,9 +216,9 @@ pub enum Role {
     /// It multiplies its part of the law; at 0 that part is absent.
     Linear,
     /// It enters the law nonlinearly, as a shape.
-    Shape(Tried),
+    Shape(SearchStart),
     /// It selects the form of the law: no physical size of interest, so that it has no interval.
-    Form(Tried),
+    Form(SearchStart),
 }
 
 /// Distance of a bearing's sliding surfaces from its axis, m: a length along a guide, divided by it, is an angle of a bearing.
@@ -239,7 +239,7 @@ impl Role {
 
 /// Where the search for a parameter begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tried {
+pub struct SearchStart {
     /// Values that are tried.
     pub values: &'static [f64],
     /// Value if a model file does not give one.
@@ -251,7 +251,7 @@ pub struct Tried {
     pub most: f64,
 }
 
-impl Tried {
+impl SearchStart {
     const fn new(values: &'static [f64], default: f64, continuous: bool) -> Self {
         Self {
             values,
@@ -334,7 +334,7 @@ impl Parameter {
 
     /// Makes it a shape of the law.
     pub const fn shape(self, values: &'static [f64], default: f64) -> Self {
-        let role = Role::Shape(Tried::new(values, default, true));
+        let role = Role::Shape(SearchStart::new(values, default, true));
         Self { role, ..self }
     }
 
@@ -345,13 +345,13 @@ impl Parameter {
 
     /// Makes it a form of the law, with the given values only.
     pub const fn form(self, values: &'static [f64], default: f64) -> Self {
-        let role = Role::Form(Tried::new(values, default, false));
+        let role = Role::Form(SearchStart::new(values, default, false));
         Self { role, ..self }
     }
 
     /// Makes it a form with a continuous size.
     pub const fn form_size(self, values: &'static [f64], default: f64) -> Self {
-        let role = Role::Form(Tried::new(values, default, true));
+        let role = Role::Form(SearchStart::new(values, default, true));
         Self { role, ..self }
     }
 
@@ -477,7 +477,7 @@ impl Parameter {
     }
 
     /// Values with which its search begins; `None` if it is linear.
-    pub fn tried(&self) -> Option<&Tried> {
+    pub fn search_start(&self) -> Option<&SearchStart> {
         match &self.role {
             Role::Linear => None,
             Role::Shape(tried) | Role::Form(tried) => Some(tried),
@@ -491,7 +491,7 @@ impl Parameter {
 
     /// Its value if none is given.
     pub fn default(&self) -> f64 {
-        self.tried().map_or(0.0, |tried| tried.default)
+        self.search_start().map_or(0.0, |tried| tried.default)
     }
 }
 
@@ -565,12 +565,12 @@ mod tests {
     fn lengths_and_speeds_of_a_guide_are_those_of_a_bearing() {
         let length = Parameter::new("presliding_m", "m", 0.0, 5e-4).form_size(&[0.0, 1e-4], 0.0);
         let angle = length.of_a_bearing();
-        let tried = angle.tried().map(|tried| tried.values);
+        let tried = angle.search_start().map(|tried| tried.values);
         assert_eq!((angle.name, angle.high), ("presliding_rad", 0.01));
         assert_eq!(tried, Some(&[0.0, 2e-3][..]));
         let speed = Parameter::new("speed_m_s", "m/s", 1e-4, 0.1).shape(&[1e-3, 2e-2], 5e-3);
         let turning = speed.of_a_bearing();
-        let tried = turning.tried().map(|tried| tried.values);
+        let tried = turning.search_start().map(|tried| tried.values);
         assert_eq!((turning.low, turning.high), (1e-4, 2.0));
         assert_eq!(tried, Some(&[1e-3, 2e-2][..]));
         let torque = Parameter::new("force_n", "N", 0.0, 50.0).of_a_bearing();

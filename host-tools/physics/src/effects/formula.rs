@@ -1,7 +1,7 @@
 //! Laws written by the user: an expression of the signals of a motion, with checked units.
 
 use super::units::Dimension;
-use super::{Effect, Group, Law, Naming, Parameter, Role, Tried, Values};
+use super::{Effect, Group, Law, Naming, Parameter, Role, SearchStart, Values};
 use exmex::{Express, FlatEx, FloatOpsFactory, MakeOperators};
 use softdock_io::input::nearest;
 
@@ -198,7 +198,7 @@ impl Formula {
                 true => Role::Linear,
                 false => {
                     let values: &'static [f64] = Box::leak(tried(s, count).into_boxed_slice());
-                    Role::Shape(Tried {
+                    Role::Shape(SearchStart {
                         values,
                         default: values[count / 2],
                         continuous: true,

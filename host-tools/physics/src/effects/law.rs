@@ -37,18 +37,18 @@ pub enum Law {
     /// Wrench at S of the tool, in addition to the nominal one.
     Tool(fn(Values<'_>, &ToolState) -> Wrench<f64>),
     /// The wrench that the sensor measures of its load.
-    Load(fn(Values<'_>, &Wrench<f64>) -> Wrench<f64>),
+    SensorGain(fn(Values<'_>, &Wrench<f64>) -> Wrench<f64>),
     /// The command for a force that has to act, where the scale of the commands is a guess.
-    Drive(fn(Values<'_>, &Wrench<f64>) -> Wrench<f64>),
+    CommandGain(fn(Values<'_>, &Wrench<f64>) -> Wrench<f64>),
     /// Zero of the sensor at a time (s) after the log began.
-    Zero(fn(Values<'_>, f64) -> Wrench<f64>),
+    SensorZero(fn(Values<'_>, f64) -> Wrench<f64>),
     /// Delay and lag of the reading.
-    Late(fn(Values<'_>) -> Lateness),
+    ReadingDelay(fn(Values<'_>) -> DelayAndLag),
     /// Time by which the log reads the motion late, s, or early if negative; on a rig, which sends velocities as well, only its
     /// poses.
-    Apart(fn(Values<'_>) -> f64),
+    ClockOffset(fn(Values<'_>) -> f64),
     /// A wrench clipped to the sensor's range.
-    Range(fn(Values<'_>, &Wrench<f64>) -> Wrench<f64>),
+    Saturation(fn(Values<'_>, &Wrench<f64>) -> Wrench<f64>),
     /// The samples that the sensor sends.
     Sample(Sampling),
     /// From the commanded velocity to the executed one.
@@ -62,15 +62,15 @@ pub enum Law {
 }
 
 /// Makes a stage of one axis from the values and the duration of a step, s.
-pub type OfAxis = fn(Values<'_>, f64) -> Result<AxisStage, SettingsError>;
+pub type MakeAxisStage = fn(Values<'_>, f64) -> Result<AxisStage, SettingsError>;
 
 /// A stage of the actuator.
 #[derive(Clone, Copy, Debug)]
 pub struct Actuator {
     /// Makes the stage that acts on the velocity of one axis; `None` if the effect acts on the commands of all axes at once.
-    pub axis: Option<OfAxis>,
+    pub axis: Option<MakeAxisStage>,
     /// Delay and lag of a force that is commanded through the same actuator; `None` if the effect does more than that.
-    pub late: Option<fn(Values<'_>) -> Lateness>,
+    pub late: Option<fn(Values<'_>) -> DelayAndLag>,
 }
 
 /// An error of the clock.
@@ -189,10 +189,10 @@ impl Direction {
         if before * velocity < 0.0 {
             // Split the step where the motion reverses.
             let cut = before / (before - velocity);
-            self.moved(path(before, cut));
-            self.moved(path(velocity, 1.0 - cut));
+            self.advance_by(path(before, cut));
+            self.advance_by(path(velocity, 1.0 - cut));
         } else {
-            self.moved(path(before + velocity, 1.0));
+            self.advance_by(path(before + velocity, 1.0));
         }
         self.at(velocity)
     }
@@ -207,7 +207,7 @@ impl Direction {
     }
 
     /// Advances the state by a path (m) in one direction; exact.
-    pub fn moved(&mut self, path: f64) {
+    pub fn advance_by(&mut self, path: f64) {
         let towards = sign(path);
         if towards == 0.0 {
             return;
@@ -255,14 +255,14 @@ pub struct Facing {
 
 /// A delay followed by a first-order lag, s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Lateness {
+pub struct DelayAndLag {
     /// Delay.
     pub delay_s: f64,
     /// Time constant.
     pub lag_s: f64,
 }
 
-impl Lateness {
+impl DelayAndLag {
     /// The input of which `series` is the delayed output: the series one delay later, plus the time constant of the lag times its
     /// slope.
     ///
@@ -293,7 +293,7 @@ impl Lateness {
 
     /// The delayed output of a series, as if its first value had been there for a long time.
     pub fn delayed(&self, series: &[f64], step_s: f64) -> Vec<f64> {
-        let mut late = Late::new(*self, step_s, [series.first().copied().unwrap_or(0.0)]);
+        let mut late = DelayLine::new(*self, step_s, [series.first().copied().unwrap_or(0.0)]);
         series
             .iter()
             .map(|value| late.advance([*value])[0])
@@ -303,24 +303,24 @@ impl Lateness {
 
 /// Signals that are delayed together, sampled at equal steps and linear between two samples.
 #[derive(Clone, Debug)]
-pub struct Late<const N: usize = 6> {
-    lateness: Lateness,
+pub struct DelayLine<const N: usize = 6> {
+    lateness: DelayAndLag,
     step_s: f64,
     /// Factor of the lag's state after a step: exp(−step/lag).
-    left: f64,
+    decay: f64,
     line: VecDeque<[f64; N]>,
     delayed: [f64; N],
     value: [f64; N],
 }
 
-impl<const N: usize> Late<N> {
+impl<const N: usize> DelayLine<N> {
     /// As if `first` had been there for a long time.
-    pub fn new(lateness: Lateness, step_s: f64, first: [f64; N]) -> Self {
+    pub fn new(lateness: DelayAndLag, step_s: f64, first: [f64; N]) -> Self {
         let held = (lateness.delay_s.max(0.0) / step_s).ceil() as usize + 2;
         Self {
             lateness,
             step_s,
-            left: (-step_s / lateness.lag_s).exp(),
+            decay: (-step_s / lateness.lag_s).exp(),
             line: VecDeque::from(vec![first; held]),
             delayed: first,
             value: first,
@@ -347,7 +347,7 @@ impl<const N: usize> Late<N> {
         let h = self.step_s / self.lateness.lag_s;
         for (i, value) in self.value.iter_mut().enumerate() {
             let slope = (now[i] - before[i]) / h;
-            *value = now[i] - slope + (*value - before[i] + slope) * self.left;
+            *value = now[i] - slope + (*value - before[i] + slope) * self.decay;
         }
         self.value
     }
@@ -416,7 +416,7 @@ mod tests {
         let sine = |t: f64| (TAU * 3.0 * t).sin();
         let series: Vec<f64> = (0..2000).map(|n| sine(f64::from(n) * step_s)).collect();
         for delay_s in [0.0, 0.0007, 0.001, 0.0013, 0.007, 0.0116] {
-            let late = Lateness {
+            let late = DelayAndLag {
                 delay_s,
                 lag_s: 0.0,
             };
@@ -432,7 +432,7 @@ mod tests {
             let share = power(&late.anticipated(&noise, step_s)) / power(&noise);
             assert!((share - 1.0).abs() < 0.02, "{delay_s}: {share}");
         }
-        let slow = Lateness {
+        let slow = DelayAndLag {
             delay_s: 0.0,
             lag_s: 0.005,
         };
@@ -443,11 +443,11 @@ mod tests {
 
     #[test]
     fn a_ramp_is_late_by_delay_and_lag() {
-        let late = Lateness {
+        let late = DelayAndLag {
             delay_s: 0.010,
             lag_s: 0.003,
         };
-        let mut line = Late::new(late, 0.004, [0.0; 6]);
+        let mut line = DelayLine::new(late, 0.004, [0.0; 6]);
         let mut value = 0.0;
         for k in 1..=40 {
             value = line.advance([f64::from(k); 6])[5];

@@ -18,11 +18,13 @@ pub mod mechanism;
 pub mod sensor;
 mod units;
 
-pub use entry::{Difference, Draw, Effect, Group, IsWhole, Kind, Naming, Parameter, Role, Tried};
+pub use entry::{
+    Difference, Draw, Effect, Group, IsWhole, Kind, Naming, Parameter, Role, SearchStart,
+};
 pub use find::hint;
 pub use find::named;
 pub use law::{
-    Actuator, Clock, Direction, Facing, Guide, Late, Lateness, Law, Penetration, Reversal,
+    Actuator, Clock, DelayAndLag, DelayLine, Direction, Facing, Guide, Law, Penetration, Reversal,
     Sampling, Slide, Values, sign,
 };
 
@@ -128,7 +130,7 @@ mod tests {
                 assert!(p.low < p.high, "{} {}", effect.id, p.name);
             }
             // An entry without a law of its own has one that does nothing.
-            let does_nothing = matches!(effect.law, Law::Apart(law) if law(&[1.0]) == 0.0);
+            let does_nothing = matches!(effect.law, Law::ClockOffset(law) if law(&[1.0]) == 0.0);
             assert!(!does_nothing, "{} has no law", effect.id);
         }
     }

@@ -71,7 +71,7 @@ impl ModelFile {
     /// # Errors
     ///
     /// An effect that is not in the file; the error names those that are.
-    pub fn without(&self, id: &str) -> Result<Edited<'_>> {
+    pub fn without_effect(&self, id: &str) -> Result<Edited<'_>> {
         let mut after = self.model.clone();
         after.effects.retain(|effect| effect.id != id);
         if after.effects.len() == self.model.effects.len() {

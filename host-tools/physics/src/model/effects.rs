@@ -4,7 +4,7 @@ mod allowed;
 mod check;
 mod error;
 
-pub use allowed::{Allowed, known};
+pub use allowed::{Allowed, allowed_parameters};
 pub use error::EffectError;
 
 use super::Axis;

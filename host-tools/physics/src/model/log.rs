@@ -1,7 +1,7 @@
 //! A recording as plain series, one per axis: the data for the search for effects.
 
 use crate::model::load::{Followed, turn_between, turned_since_first};
-use crate::model::prediction::robot_axes::Turned;
+use crate::model::prediction::robot_axes::AngleRateMap;
 use crate::model::prediction::signals::{Signals, Step, VelocityMeaning};
 use crate::model::{FilterModel, Model, NoiseModel};
 use anyhow::ensure;
@@ -28,7 +28,7 @@ pub struct Log {
     /// Executed rates of the robot's axes; m/s, rad/s.
     pub executed: Series,
     /// Map from these rates to a velocity in each cycle; `None` where they are the velocity.
-    pub turned: Vec<Option<Turned>>,
+    pub turned: Vec<Option<AngleRateMap>>,
     /// Measured pose of M in C.
     pub pose: Vec<Pose<f64>>,
     /// Raw wrench in S; N, N·m.

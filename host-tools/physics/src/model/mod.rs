@@ -21,7 +21,7 @@ mod tolerance;
 mod validation;
 
 pub use channel::{Axis, Channel};
-pub use effects::{Allowed, known as known_parameters};
+pub use effects::{Allowed, allowed_parameters};
 pub use effects::{EffectError, EffectModel, HistoryStep};
 pub use hypothesis::{Hypothesis, HypothesisParameter};
 pub use sections::{

@@ -126,7 +126,7 @@ impl WrenchMeaning {
     }
 
     /// Whether it is a drive's command.
-    pub fn is_told(self) -> bool {
+    pub fn is_commanded(self) -> bool {
         matches!(self, Self::Commanded | Self::Unscaled)
     }
 }

@@ -52,7 +52,7 @@ pub enum Stage {
 }
 
 /// Name and unit of a parameter.
-type Named = (&'static str, &'static str);
+type ParameterName = (&'static str, &'static str);
 
 impl Stage {
     /// All stages, the likelier first.
@@ -104,7 +104,7 @@ impl Stage {
     }
 
     /// Its parameters for translations, or for rotations: limits have another unit there.
-    pub fn parameters(self, rotation: bool) -> &'static [Named] {
+    pub fn parameters(self, rotation: bool) -> &'static [ParameterName] {
         match self {
             Self::Delay => &[("extra_delay_s", "s")],
             Self::Lag => &[("extra_lag_s", "s")],
@@ -235,7 +235,7 @@ impl Model {
         let mut chain = Chain::nominal(self.actuator.transport_delay_s, self.actuator.lag_s);
         for effect in self.effects.iter().filter(|e| acts_on(e, axis)) {
             if let Some(stage) = Stage::of(&effect.id, &effect.parameters) {
-                let value = |(name, _): &Named| effect.parameters.get(*name).copied();
+                let value = |(name, _): &ParameterName| effect.parameters.get(*name).copied();
                 // Without values for its kind of axis an effect does not act on the axis.
                 let values: Option<Vec<f64>> =
                     stage.parameters(axis >= 3).iter().map(value).collect();

@@ -23,7 +23,7 @@ pub struct Usage {
     /// Code and constants of several tasks, or of the start and the interrupts, bytes.
     pub shared_flash: u64,
     /// The largest other statics in RAM.
-    pub statics: Vec<Named>,
+    pub statics: Vec<NamedSize>,
 }
 
 /// A region and what lies in it.
@@ -35,7 +35,7 @@ pub struct RegionUsage {
     /// Bytes that are taken.
     pub used: u64,
     /// Its sections, with their sizes.
-    pub sections: Vec<Named>,
+    pub sections: Vec<NamedSize>,
 }
 
 /// A task and what it takes, bytes.
@@ -51,7 +51,7 @@ pub struct TaskUsage {
 
 /// Something that takes memory.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Named {
+pub struct NamedSize {
     /// Its name.
     pub name: String,
     /// Bytes.
@@ -85,8 +85,8 @@ pub fn usage(elf: &Elf, regions: &[Region]) -> Usage {
     }
 }
 
-fn named(piece: &Piece, suffix: &str) -> Named {
-    Named {
+fn named(piece: &Piece, suffix: &str) -> NamedSize {
+    NamedSize {
         name: format!("{}{suffix}", piece.name),
         bytes: piece.bytes,
     }
@@ -94,7 +94,7 @@ fn named(piece: &Piece, suffix: &str) -> Named {
 
 fn region_usage(elf: &Elf, region: &Region) -> RegionUsage {
     let inside = elf.sections.iter().filter(|s| region.contains(s.address));
-    let mut sections: Vec<Named> = inside.map(|section| named(section, "")).collect();
+    let mut sections: Vec<NamedSize> = inside.map(|section| named(section, "")).collect();
     // What is loaded into RAM lies in flash as well.
     if region.contains(elf.entry) {
         let copied = elf.sections.iter().filter(|s| s.loaded && s.writable);

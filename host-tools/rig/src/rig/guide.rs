@@ -82,7 +82,7 @@ impl Guide {
         let path = self.axis.dot(&(now - self.last));
         for acting in &mut self.acting {
             if let Force::Along(_, direction) = &mut acting.force {
-                direction.moved(path);
+                direction.advance_by(path);
             }
         }
         self.last = now;

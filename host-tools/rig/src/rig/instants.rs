@@ -41,7 +41,7 @@ impl Instants {
                     reach_s += law(&values, JITTER_REACH);
                     jitter = Some((law, values, noise.clone()));
                 }
-                Law::Apart(law) => {
+                Law::ClockOffset(law) => {
                     pose_shift_s = -law(&values);
                     reach_s += (-pose_shift_s).max(0.0);
                 }

@@ -11,7 +11,7 @@ use super::spring_rod::{MAX_WALLS, SpringRod};
 use anyhow::{Context, Result, ensure};
 use nalgebra::Vector3;
 use softdock_control::frames::{Pose, Twist, Wrench};
-use softdock_mechanism::{Booked, Docking, DockingSettings, EnergyBook, Loads, Relative};
+use softdock_mechanism::{Docking, DockingSettings, EnergyBalance, EnergyTracked, Loads, Relative};
 use softdock_physics::effects::{Group, Law};
 
 /// Mechanisms beside the spring rod that a rig can have.
@@ -31,7 +31,7 @@ pub(super) struct Contact {
 /// The spring rod and the docking mechanisms.
 #[derive(Clone, Debug)]
 pub(super) struct Mechanism {
-    rod: Booked<SpringRod>,
+    rod: EnergyTracked<SpringRod>,
     dockings: Vec<Docking>,
 }
 
@@ -64,7 +64,7 @@ impl Mechanism {
                 .with_context(|| format!("in [[rig.mechanism.docking]] number {}", i + 1))
         });
         Ok(Self {
-            rod: Booked::new(SpringRod::new(settings, hidden, start, sensor)?),
+            rod: EnergyTracked::new(SpringRod::new(settings, hidden, start, sensor)?),
             dockings: dockings.collect::<Result<_>>()?,
         })
     }
@@ -108,8 +108,8 @@ impl Mechanism {
     }
 
     /// The energy balance.
-    pub(super) fn book(&self) -> EnergyBook {
-        let dockings = self.dockings.iter().map(Docking::book);
-        dockings.fold(self.rod.book(), |sum, book| sum + book)
+    pub(super) fn balance(&self) -> EnergyBalance {
+        let dockings = self.dockings.iter().map(Docking::balance);
+        dockings.fold(self.rod.balance(), |sum, balance| sum + balance)
     }
 }

@@ -49,7 +49,7 @@ use load::Load;
 use mechanism::{Contact, Mechanism};
 use sensor::Sensor;
 use softdock_control::frames::{Pose, Twist, Wrench, vector};
-use softdock_mechanism::{EnergyBook, Loads};
+use softdock_mechanism::{EnergyBalance, Loads};
 use softdock_statistics::RandomStream;
 
 /// Longest history of twists: integration steps per cycle.
@@ -247,8 +247,8 @@ impl Rig {
     }
 
     /// Work that the robot did on the mechanism, and where the energy went.
-    pub fn energy(&self) -> EnergyBook {
-        self.mechanism.book()
+    pub fn energy(&self) -> EnergyBalance {
+        self.mechanism.balance()
     }
 
     /// Why the robot stopped, if it did.

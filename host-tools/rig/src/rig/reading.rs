@@ -5,7 +5,7 @@
 
 use super::hidden::{self, Hidden};
 use softdock_control::frames::Wrench;
-use softdock_physics::effects::{Group, Late, Law, Values};
+use softdock_physics::effects::{DelayLine, Group, Law, Values};
 use softdock_statistics::RandomStream;
 
 /// Hidden effects on the reading.
@@ -14,7 +14,7 @@ pub(super) struct Reading {
     /// Laws with their values, in the catalogue's order.
     laws: Vec<(Law, Vec<f64>)>,
     /// Delays and filters, in series.
-    late: Vec<Late>,
+    late: Vec<DelayLine>,
     step_s: f64,
     /// The last sample that was sent.
     sent: Wrench<f64>,
@@ -43,7 +43,7 @@ impl Reading {
     /// Load as the rotated, coupled and wrongly scaled sensor feels it.
     pub(super) fn distorted(&self, load: &Wrench<f64>) -> Wrench<f64> {
         self.laws.iter().fold(*load, |wrench, (law, p)| match law {
-            Law::Load(law) => law(p, &wrench),
+            Law::SensorGain(law) => law(p, &wrench),
             _ => wrench,
         })
     }
@@ -52,7 +52,7 @@ impl Reading {
     pub(super) fn settle(&mut self, wrench: &Wrench<f64>) {
         let (step_s, first) = (self.step_s, wrench.get());
         let late = self.laws.iter().filter_map(|(law, p)| match law {
-            Law::Late(law) => Some(Late::new(law(p), step_s, first)),
+            Law::ReadingDelay(law) => Some(DelayLine::new(law(p), step_s, first)),
             _ => None,
         });
         self.late = late.collect();
@@ -74,7 +74,7 @@ impl Reading {
     /// Zero of the sensor at a time, s.
     pub(super) fn zero(&self, time_s: f64) -> Wrench<f64> {
         let zero = |(law, p): &(Law, Vec<f64>)| match law {
-            Law::Zero(law) => law(p, time_s),
+            Law::SensorZero(law) => law(p, time_s),
             _ => Wrench::zero(),
         };
         let all = self.laws.iter().map(zero);
@@ -87,7 +87,7 @@ impl Reading {
         for (law, p) in &self.laws {
             let p: Values<'_> = p;
             read = match law {
-                Law::Range(law) => law(p, &read),
+                Law::Saturation(law) => law(p, &read),
                 // Uniform in (0, 1], so that a share of 0 never holds and one of 1 always does.
                 Law::Sample(law) => (law.sent)(p, &read, &self.sent, 1.0 - self.noise.uniform()),
                 _ => read,

@@ -7,7 +7,7 @@ use super::reading::Reading;
 use super::settings::{RigSettings, SensorSettings};
 use anyhow::{Result, anyhow};
 use softdock_control::frames::{Wrench, vector};
-use softdock_physics::effects::{Late, Lateness};
+use softdock_physics::effects::{DelayAndLag, DelayLine};
 use softdock_statistics::RandomStream;
 use std::f64::consts::TAU;
 
@@ -29,7 +29,7 @@ pub(super) struct Sensor {
     bias: Wrench<f64>,
     drift_per_s: Wrench<f64>,
     /// The sensor's own filter, and its integration step, s.
-    low_pass: Option<(Lateness, Late)>,
+    low_pass: Option<(DelayAndLag, DelayLine)>,
     step_s: f64,
     gauges: GaugeQuantisation,
     noise_sigma: [f64; 6],
@@ -55,11 +55,11 @@ impl Sensor {
         let step_s = settings.substep_s();
         let low_pass = |cutoff: f64| {
             check("rig.sensor.low_pass_hz", cutoff, 0.1, 1e5)?;
-            let lag = Lateness {
+            let lag = DelayAndLag {
                 delay_s: 0.0,
                 lag_s: 1.0 / (TAU * cutoff),
             };
-            anyhow::Ok((lag, Late::new(lag, step_s, [0.0; 6])))
+            anyhow::Ok((lag, DelayLine::new(lag, step_s, [0.0; 6])))
         };
         let tool = ToolLoad::new(settings)?;
         Ok(Self {
@@ -91,7 +91,7 @@ impl Sensor {
     pub(super) fn settle(&mut self, load: &Load) {
         let wrench = self.strain(load);
         if let Some((lag, filter)) = &mut self.low_pass {
-            *filter = Late::new(*lag, self.step_s, wrench.get());
+            *filter = DelayLine::new(*lag, self.step_s, wrench.get());
         }
         self.reading.settle(&wrench);
     }

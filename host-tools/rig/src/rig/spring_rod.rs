@@ -111,7 +111,7 @@ mod tests {
     use super::*;
     use crate::rig::drive::pose;
     use crate::rig::settings::WallSettings;
-    use softdock_mechanism::Booked;
+    use softdock_mechanism::EnergyTracked;
 
     fn wall(point_m: [f64; 3], normal: [f64; 3], tip_m: [f64; 3]) -> WallSettings {
         WallSettings {
@@ -181,7 +181,7 @@ mod tests {
     }
 
     /// A damped wall that cannot pull: e = exp(−ζ t1), t1 = (π − atan2(2ζw, 1 − 2ζ²))/w,
-    /// w = √(1 − ζ²), t in 1/ω. (If it could, e would be exp(−πζ/w).) Its energy is booked.
+    /// w = √(1 − ζ²), t in 1/ω. (If it could, e would be exp(−πζ/w).) Its energy balance holds.
     #[test]
     fn restitution_and_duration_of_a_damped_wall() {
         const TABLE: [[f64; 3]; 6] = [
@@ -200,14 +200,18 @@ mod tests {
                 damping_n_s_per_m: 2.0 * zeta * mass * OMEGA,
                 ..wall([0.0; 3], [-1.0, 0.0, 0.0], [0.0; 3])
             };
-            let mut booked = Booked::new(rod(vec![damped]).unwrap());
+            let mut tracked = EnergyTracked::new(rod(vec![damped]).unwrap());
             let (mut x, mut v, mut t) = (1e-12, speed, 0.0);
-            let mut force = booked.advance(&Relative::along_x(x, v), 0.0).wrench.force.x;
+            let mut force = tracked
+                .advance(&Relative::along_x(x, v), 0.0)
+                .wrench
+                .force
+                .x;
             while force < 0.0 || v > 0.0 {
                 v += force / mass * step_s;
                 x += v * step_s;
                 t += step_s;
-                force = booked
+                force = tracked
                     .advance(&Relative::along_x(x, v), step_s)
                     .wrench
                     .force
@@ -215,10 +219,16 @@ mod tests {
             }
             assert!((-v / speed - restitution).abs() < 1e-4, "{zeta}: {v}");
             assert!((t * OMEGA - duration).abs() < 2e-4, "{zeta}: {t}");
-            let (book, energy) = (booked.book(), 0.5 * mass * speed * speed);
-            assert!(book.imbalance_j().abs() < 1e-4 * energy, "{zeta}: {book:?}");
-            let left = 0.5 * mass * v * v + book.stored_j + book.dissipated_j;
-            assert!((left / energy - 1.0).abs() < 1e-3, "{zeta}: {book:?} {v}");
+            let (balance, energy) = (tracked.balance(), 0.5 * mass * speed * speed);
+            assert!(
+                balance.imbalance_j().abs() < 1e-4 * energy,
+                "{zeta}: {balance:?}"
+            );
+            let left = 0.5 * mass * v * v + balance.stored_j + balance.dissipated_j;
+            assert!(
+                (left / energy - 1.0).abs() < 1e-3,
+                "{zeta}: {balance:?} {v}"
+            );
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Messages of a job as server-sent events. A client that connects later, or again, gets the earlier ones too.
 
-use super::job::{Job, Told};
+use super::job::{Job, JobMessage};
 use crate::problem::Problem;
 use crate::state::Shared;
 use axum::extract::{Path, State};
@@ -19,25 +19,25 @@ struct Listener {
     count: watch::Receiver<usize>,
     /// Number of messages that were taken from the job.
     taken: usize,
-    ready: VecDeque<Told>,
+    ready: VecDeque<JobMessage>,
     ended: bool,
 }
 
 impl Listener {
     /// The next message, with its number from 1; None after the last.
-    async fn next(mut self) -> Option<((usize, Told), Self)> {
+    async fn next(mut self) -> Option<((usize, JobMessage), Self)> {
         loop {
-            if let Some(told) = self.ready.pop_front() {
-                self.ended = told.is_last();
+            if let Some(message) = self.ready.pop_front() {
+                self.ended = message.is_last();
                 let number = self.taken - self.ready.len();
-                return Some(((number, told), self));
+                return Some(((number, message), self));
             }
             if self.ended {
                 return None;
             }
             self.count.mark_unchanged();
             let over = self.job.has_ended();
-            let more = self.job.told(self.taken);
+            let more = self.job.messages_from(self.taken);
             if more.is_empty() {
                 // All messages of a job that has ended were delivered.
                 if over {
@@ -61,16 +61,16 @@ pub(crate) async fn events(
         .get("last-event-id")
         .and_then(|id| id.to_str().ok()?.parse().ok());
     let listener = Listener {
-        count: job.watched(),
+        count: job.subscribe(),
         job,
         taken: last.unwrap_or(0),
         ready: VecDeque::new(),
         ended: false,
     };
     let stream = unfold(listener, |listener| async {
-        let ((number, told), listener) = listener.next().await?;
-        let event = Event::default().id(number.to_string()).event(told.kind);
-        Some((Ok(event.data(told.value.to_string())), listener))
+        let ((number, message), listener) = listener.next().await?;
+        let event = Event::default().id(number.to_string()).event(message.kind);
+        Some((Ok(event.data(message.value.to_string())), listener))
     });
     Ok(Sse::new(stream).keep_alive(KeepAlive::default()))
 }

@@ -13,7 +13,7 @@ use tokio::sync::watch;
 
 /// A message of a job.
 #[derive(Clone, Debug)]
-pub(super) struct Told {
+pub(super) struct JobMessage {
     /// Kind of the message: `stage`, `candidate`, and at the end `result` or `error`.
     pub(super) kind: &'static str,
     pub(super) value: Value,
@@ -33,7 +33,7 @@ pub(crate) struct Prepared {
 }
 
 /// The work of a job. It reports its progress, and returns the document of the result and a change that can be written.
-pub(super) type Work = Box<dyn FnOnce(&Job) -> Result<(Value, Option<Prepared>)> + Send>;
+pub(super) type JobFn = Box<dyn FnOnce(&Job) -> Result<(Value, Option<Prepared>)> + Send>;
 
 /// A job that is waiting, running or has ended.
 pub(super) struct Job {
@@ -45,7 +45,7 @@ pub(super) struct Job {
 
 #[derive(Default)]
 struct State {
-    told: Vec<Told>,
+    messages: Vec<JobMessage>,
     prepared: Option<Prepared>,
 }
 
@@ -64,7 +64,7 @@ struct Cancelled;
 
 impl Job {
     /// Does the work. Whatever happens, also a panic, the job ends with a result or an error.
-    pub(super) fn run(&self, work: Work) {
+    pub(super) fn run(&self, work: JobFn) {
         let work = AssertUnwindSafe(|| work(self));
         let ended = catch_unwind(work).unwrap_or_else(|why| {
             Err(if why.is::<Cancelled>() {
@@ -92,13 +92,13 @@ impl Job {
 
     /// Sends a message, or breaks if the job was cancelled: for work that has to clean up.
     pub(super) fn tell_if_wanted(&self, kind: &'static str, value: Value) -> ControlFlow<()> {
-        let told = Told { kind, value };
-        if self.is_cancelled() && !told.is_last() {
+        let message = JobMessage { kind, value };
+        if self.is_cancelled() && !message.is_last() {
             return ControlFlow::Break(());
         }
         let mut state = self.state();
-        state.told.push(told);
-        self.count.send_replace(state.told.len());
+        state.messages.push(message);
+        self.count.send_replace(state.messages.len());
         ControlFlow::Continue(())
     }
 
@@ -113,12 +113,12 @@ impl Job {
     }
 
     /// Messages from number `from` on.
-    pub(super) fn told(&self, from: usize) -> Vec<Told> {
-        self.state().told.iter().skip(from).cloned().collect()
+    pub(super) fn messages_from(&self, from: usize) -> Vec<JobMessage> {
+        self.state().messages.iter().skip(from).cloned().collect()
     }
 
     /// A receiver that is notified of each message.
-    pub(super) fn watched(&self) -> watch::Receiver<usize> {
+    pub(super) fn subscribe(&self) -> watch::Receiver<usize> {
         self.count.subscribe()
     }
 
@@ -128,18 +128,18 @@ impl Job {
 
     pub(super) fn has_ended(&self) -> bool {
         let state = self.state();
-        state.told.last().is_some_and(Told::is_last)
+        state.messages.last().is_some_and(JobMessage::is_last)
     }
 
     /// The result of a job that has ended.
     pub(super) fn result(&self) -> Result<Value, Problem> {
-        let last = self.state().told.last().cloned();
+        let last = self.state().messages.last().cloned();
         match last {
-            Some(Told {
+            Some(JobMessage {
                 kind: "result",
                 value,
             }) => Ok(value),
-            Some(Told {
+            Some(JobMessage {
                 kind: "error",
                 value,
             }) => {
@@ -155,7 +155,7 @@ impl Job {
     }
 }
 
-impl Told {
+impl JobMessage {
     /// Whether this is the last message of a job.
     pub(super) fn is_last(&self) -> bool {
         matches!(self.kind, "result" | "error")
@@ -176,6 +176,6 @@ mod tests {
         assert!(job.tell_if_wanted("stage", json!(3)).is_break());
         job.tell("error", json!({"error": "ended on request"}));
         assert!(job.has_ended());
-        assert_eq!(job.told(0).len(), 2);
+        assert_eq!(job.messages_from(0).len(), 2);
     }
 }

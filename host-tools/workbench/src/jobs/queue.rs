@@ -1,6 +1,6 @@
 //! Waiting, running and completed jobs.
 
-use super::job::{Job, Prepared, Work};
+use super::job::{Job, JobFn, Prepared};
 use crate::problem::Problem;
 use axum::http::StatusCode;
 use softdock_physics::model::Model;
@@ -16,7 +16,7 @@ const KEPT: usize = 32;
 
 /// All jobs, in order.
 pub(crate) struct Jobs {
-    queue: SyncSender<(Arc<Job>, Work)>,
+    queue: SyncSender<(Arc<Job>, JobFn)>,
     list: Mutex<List>,
 }
 
@@ -41,7 +41,7 @@ impl Jobs {
         self.list.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    pub(super) fn submit(&self, work: Work) -> Result<u64, Problem> {
+    pub(super) fn submit(&self, work: JobFn) -> Result<u64, Problem> {
         let job = Arc::new(Job::default());
         let mut list = self.list();
         self.queue
@@ -81,13 +81,13 @@ impl Jobs {
     }
 
     /// The model with the change that a job has prepared.
-    pub(crate) fn after(&self, id: u64) -> Result<Model, Problem> {
+    pub(crate) fn model_after(&self, id: u64) -> Result<Model, Problem> {
         self.prepared(id).map(|prepared| prepared.after)
     }
 }
 
 /// Runs one job after the other, until the workbench ends.
-fn does(waiting: &Receiver<(Arc<Job>, Work)>) {
+fn does(waiting: &Receiver<(Arc<Job>, JobFn)>) {
     while let Ok((job, work)) = waiting.recv() {
         job.run(work);
     }

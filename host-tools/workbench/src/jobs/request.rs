@@ -1,6 +1,6 @@
 //! Requests for jobs.
 
-use super::job::Work;
+use super::job::JobFn;
 use super::run::Run;
 use super::search::{Question, Search};
 use super::selection::Selection;
@@ -93,7 +93,7 @@ impl Request {
     ///
     /// A file cannot be read, an effect is unknown, a hypothesis does not fit, nothing can be concluded from the recordings,
     /// or the recording to write exists.
-    pub(super) fn prepared(self, bench: &Shared) -> Result<Work, Problem> {
+    pub(super) fn prepared(self, bench: &Shared) -> Result<JobFn, Problem> {
         let (selection, question) = match self {
             Self::Run(wish) => {
                 let run = Run::new(bench, wish)?;

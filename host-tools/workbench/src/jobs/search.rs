@@ -47,6 +47,15 @@ impl Question {
     }
 }
 
+/// What a search has found.
+struct SearchResult {
+    report: Report,
+    /// Effects of the model whose parameters changed by the joint fit.
+    moved: Vec<Refitted>,
+    /// Why the result should not be believed; None if nothing is against it.
+    doubt: Option<String>,
+}
+
 /// A question and its files.
 pub(super) struct Search {
     model_id: String,
@@ -107,7 +116,11 @@ impl Search {
         if let Question::Fit = self.question {
             return self.fit(job);
         }
-        let (report, moved, doubt) = self.found(job)?;
+        let SearchResult {
+            report,
+            moved,
+            doubt,
+        } = self.search(job)?;
         let diagnosis = &report.diagnosis;
         let after = model_after(&self.model, &report, &self.logs.names);
         let adds = !diagnosis.effects.is_empty();
@@ -159,9 +172,8 @@ impl Search {
         }
     }
 
-    /// The report, the effects of the model whose parameters changed by the joint fit, and why the result should not be
-    /// believed, if so.
-    fn found(&self, job: &Job) -> Result<(Report, Vec<Refitted>, Option<String>)> {
+    /// Searches for effects, or fits those that the question names.
+    fn search(&self, job: &Job) -> Result<SearchResult> {
         let progress = |share: f64, what: &str| stage(job, share, what);
         let Question::Effects(ids, _) = &self.question else {
             let (fit, test) = (&self.logs.fitted()[..], &self.logs.unseen_ones()[..]);
@@ -170,11 +182,15 @@ impl Search {
             let notes = self.logs.notes.iter().cloned();
             report.diagnosis.notes.splice(0..0, notes);
             let moved = refit_beside(&self.model, &mut report, &self.logs)?;
-            return Ok((report, moved, None));
+            return Ok(SearchResult {
+                report,
+                moved,
+                doubt: None,
+            });
         };
         progress(0.1, &format!("fitting {}", ids.join(" and ")));
         let added = |forced| add_effects(&self.model, ids, &self.logs, forced);
-        let (why, (report, moved)) = match added(false) {
+        let (doubt, (report, moved)) = match added(false) {
             Ok(added) => (None, added),
             // A single effect is fitted all the same, as the user wants to see why it does not help. Of several none is
             // forced.
@@ -184,7 +200,11 @@ impl Search {
                 Err(_) => return Err(why),
             },
         };
-        Ok((report, moved, why))
+        Ok(SearchResult {
+            report,
+            moved,
+            doubt,
+        })
     }
 }
 

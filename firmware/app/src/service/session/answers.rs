@@ -83,7 +83,7 @@ impl Session {
 
     /// State of the board itself.
     pub fn machine(&mut self, state: &MachineState) {
-        let _ = self.say(&Answer::Machine(state.told()));
+        let _ = self.say(&Answer::Machine(state.to_machine()));
     }
 
     /// Result of the loop-back test of a CAN controller.

@@ -62,7 +62,7 @@ impl Batch {
     }
 
     /// Sum of squared residuals of the measurements, without those of the prior.
-    fn left(&self, unknowns: &Unknowns) -> f64 {
+    fn residual_squares(&self, unknowns: &Unknowns) -> f64 {
         let left = self.rows * unknowns - self.right;
         left.rows(0, self.data).norm_squared()
     }
@@ -104,13 +104,13 @@ pub(super) fn assert_batch(
     let most = 1.9 * (stiffness_of(&free) / inverse_mass).sqrt();
     let damping = (free[DAMPING] * (1.0 - doubt).max(0.0)).clamp(0.0, most);
     let best = batch.solve(Some(damping));
-    let (stiffness, left) = (stiffness_of(&best), batch.left(&best));
+    let (stiffness, left) = (stiffness_of(&best), batch.residual_squares(&best));
     assert_same(estimate.damping, damping, "damping");
     assert_same(estimate.stiffness, stiffness, "stiffness");
     let not_negative = batch.solve(Some(free[DAMPING].max(0.0)));
     assert_same(
         estimate.squared_error,
-        batch.left(&not_negative),
+        batch.residual_squares(&not_negative),
         "squared error",
     );
     assert_same(estimate.error, (left / count).sqrt(), "error");

@@ -28,8 +28,17 @@ pub(super) fn assert_near(found: f64, expected: f64, part: f64) {
     assert!(apart <= part * expected.abs(), "{found} {expected}");
 }
 
-/// The exact motion of a mass into a spring and damper along x, seen by a pose that is as old as the force: depth (m), its
-/// rate (m/s) and load (N) at a time after the onset, s.
+/// The contact at an instant.
+pub(super) struct Instant {
+    /// Depth, m.
+    pub(super) depth: f64,
+    /// Rate of the depth, m/s.
+    pub(super) rate: f64,
+    /// Load, N.
+    pub(super) load: f64,
+}
+
+/// The exact motion of a mass into a spring and damper along x, seen by a pose that is as old as the force.
 #[derive(Clone, Copy)]
 pub(super) struct Bounce {
     pub(super) zeta: f64,
@@ -49,15 +58,20 @@ impl Bounce {
         }
     }
 
-    pub(super) fn at(&self, t: f64) -> (f64, f64, f64) {
+    /// At a time after the onset, s.
+    pub(super) fn at(&self, t: f64) -> Instant {
         let truth = truth::Bounce::new(MASS, STIFFNESS, self.zeta, CLOSING);
-        let (depth, rate, load) = (truth.way_m(t), truth.rate_m_s(t), truth.force_n(t));
+        let (depth, rate, load) = (truth.displacement_m(t), truth.rate_m_s(t), truth.force_n(t));
         let more = if load > 0.0 {
             self.stiffening * depth * depth
         } else {
             0.0
         };
-        (depth, rate, load + more)
+        Instant {
+            depth,
+            rate,
+            load: load + more,
+        }
     }
 
     pub(super) fn time(&self, cycle: usize) -> f64 {
@@ -71,12 +85,12 @@ impl Bounce {
         let seen =
             |l: usize, earlier: usize| self.at(self.time(cycle + l) - CYCLE_S * earlier as f64);
         observer.cycle = cycle;
-        observer.load = x(-seen(0, 0).2);
-        observer.previous_load = x(-seen(0, 1).2);
-        observer.previous = core::array::from_fn(|l| x(SURFACE + seen(l, 1).0));
+        observer.load = x(-seen(0, 0).load);
+        observer.previous_load = x(-seen(0, 1).load);
+        observer.previous = core::array::from_fn(|l| x(SURFACE + seen(l, 1).depth));
         observer.at_force = AtForce {
-            position: core::array::from_fn(|l| x(SURFACE + seen(l, 0).0)),
-            velocity: core::array::from_fn(|l| x(seen(l, 0).1)),
+            position: core::array::from_fn(|l| x(SURFACE + seen(l, 0).depth)),
+            velocity: core::array::from_fn(|l| x(seen(l, 0).rate)),
             resumed: [false; LATENCIES],
         };
         observer

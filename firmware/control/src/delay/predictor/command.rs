@@ -29,8 +29,9 @@ impl ControlProblem<'_> {
     pub(super) fn solve(&self) -> Command {
         let cycle_s = self.model.cycle_s;
         let now = self.cycle as f64;
-        let taken: Deviations = self.reference.deviations(now, cycle_s);
-        let ahead: Deviations = self.reference.deviations(now + self.delay(), cycle_s);
+        let deviations_now: Deviations = self.reference.deviations(now, cycle_s);
+        let deviations_at_execution: Deviations =
+            self.reference.deviations(now + self.delay(), cycle_s);
         let tracked = self.contact.map(|contact| {
             let damping_cycles = contact.damping / (contact.stiffness * cycle_s);
             (contact, self.matrix.tracking(damping_cycles))
@@ -39,13 +40,13 @@ impl ControlProblem<'_> {
             Some((_, tracking)) => tracking.first_row,
             None => self.matrix.undamped_row(),
         };
-        let free = FreeResponse::new(self, &taken, &ahead, &first_row);
+        let free = FreeResponse::new(self, &deviations_now, &deviations_at_execution, &first_row);
         let moves = free.first_move / cycle_s;
         let preload_rate = tracked.as_ref().map_or(0.0, |(contact, tracking)| {
-            self.preload_rate(contact, &free, tracking, &taken)
+            self.preload_rate(contact, &free, tracking, &deviations_now)
         });
         let preload = self.reference.push * preload_rate;
-        let base = self.base(&ahead);
+        let base = self.base(&deviations_at_execution);
         let (mut velocity, at_speed_limit) =
             limited(base + moves + preload, &self.reference.velocity);
         let mut reversals = self.reversals;
@@ -74,7 +75,7 @@ impl ControlProblem<'_> {
         contact: &Estimate,
         free: &FreeResponse,
         tracking: &Tracking<'_>,
-        taken: &Deviations,
+        deviations_now: &Deviations,
     ) -> f64 {
         if self.matrix.authority(&self.during()) < LEAST_AUTHORITY {
             return 0.0;
@@ -96,7 +97,7 @@ impl ControlProblem<'_> {
             damping: contact.damping,
             inverse_mass: 1.0 / contact.mass,
             velocity: contact.gradient.dot(&self.velocity),
-            target: self.reference.closing - taken[PREDICTION_HORIZON].velocity,
+            target: self.reference.closing - deviations_now[PREDICTION_HORIZON].velocity,
             cycle_s: self.model.cycle_s,
         };
         matching.solve(SPEED_LIMIT * self.reference.closing.max(SPEED_LIMIT_BASE))
@@ -107,9 +108,9 @@ impl ControlProblem<'_> {
     /// Reversing too early costs a pause and the rest of the contact; reversing too late costs only the displacement until then.
     /// So a reversal waits for every latency that is not refuted, as long as the contact allows it: a robot that goes on until
     /// then, stands for a pause, and retreats as fast as it came, must not get more than a part of the rebound back
-    /// ([`WAITING_TAKES`]).
+    /// ([`LARGEST_REBOUND_WHILE_WAITING`]).
     fn soonest(&self, free: &FreeResponse) -> f64 {
-        let latest = self.latest.min(self.latency + OLDER_POSE);
+        let latest = self.latest.min(self.latency + DOUBTED_LATENCY_CYCLES);
         let soonest = self.model.execution_delay(latest.max(self.latency));
         let Some(contact) = self.contact.filter(|_| soonest < self.delay()) else {
             return self.delay();
@@ -122,7 +123,7 @@ impl ControlProblem<'_> {
         let retreat = 0.5 * then * then / closing.max(f64::MIN_POSITIVE);
         let impulse = contact.stiffness * (waited + retreat) - contact.damping * now;
         let left = contact.gradient.dot(&self.velocity) - impulse / contact.mass;
-        if left > -WAITING_TAKES * self.reference.restitution() * closing {
+        if left > -LARGEST_REBOUND_WHILE_WAITING * self.reference.restitution() * closing {
             soonest
         } else {
             self.delay()
@@ -130,8 +131,10 @@ impl ControlProblem<'_> {
     }
 
     /// Velocity of the reference over the cycle in which the robot executes this command.
-    fn base(&self, ahead: &Deviations) -> V6 {
-        let change = (ahead[1].displacement - ahead[0].displacement) / self.model.cycle_s;
+    fn base(&self, deviations_at_execution: &Deviations) -> V6 {
+        let change = (deviations_at_execution[1].displacement
+            - deviations_at_execution[0].displacement)
+            / self.model.cycle_s;
         self.reference.velocity - self.reference.push * change
     }
 
@@ -252,7 +255,11 @@ mod tests {
 
     /// Velocity that the contact takes from the model if the robot goes on until it responds, stands for its pause and retreats
     /// as fast as it came; in a thousand steps each.
-    fn taken((k, c, m): (f64, f64, f64), (depth, per_cycle): (f64, f64), closing: f64) -> f64 {
+    fn velocity_taken(
+        (k, c, m): (f64, f64, f64),
+        (depth, per_cycle): (f64, f64),
+        closing: f64,
+    ) -> f64 {
         let answer = DELAY - 2.0;
         let deepest = depth + per_cycle * answer;
         let mut impulse = 0.0;
@@ -281,7 +288,7 @@ mod tests {
         ] {
             let (k, c, m) = contact;
             let half = 0.5 * KelvinVoigt::new(k, c, m).restitution * closing;
-            let least = taken(contact, depth, closing) - half;
+            let least = velocity_taken(contact, depth, closing) - half;
             for (velocity, answered) in [(least + 1e-6, DELAY - 2.0), (least - 1e-6, DELAY)] {
                 let question = Question {
                     contact: Some(contact),
@@ -379,8 +386,8 @@ mod tests {
                     *more += scene.contact.push * (rate * 0.5_f64.powi(t as i32));
                 }
                 let end = (CYCLE + PREDICTION_HORIZON) as f64;
-                let [taken] = scene.reference.deviations(end, CYCLE_S);
-                let target = scene.reference.closing - taken.velocity;
+                let [deviation] = scene.reference.deviations(end, CYCLE_S);
+                let target = scene.reference.closing - deviation.velocity;
                 let excess = left(&scene, &more) - target;
                 let bound = if stiffening > 0.0 { 1e-3 } else { 2e-5 } * scene.reference.closing;
                 assert!(

@@ -310,7 +310,7 @@ mod tests {
             assert_near(reference.closing, CLOSING, 1e-3);
             for cycle in [45, 55, 70, 100] {
                 let found = reference.position_at(cycle as f64, CYCLE_S)[0] - SURFACE;
-                let (depth, ..) = bounce.at(bounce.time(cycle));
+                let depth = bounce.at(bounce.time(cycle)).depth;
                 assert!(
                     (found - depth).abs() < 1e-7,
                     "{zeta} {phase} {cycle}: {found} {depth}"
@@ -336,9 +336,9 @@ mod tests {
             }
             let until = phase * CYCLE_S;
             let exact: f64 = (0..1000)
-                .map(|n| bounce.at((f64::from(n) + 0.5) / 1000.0 * until).2 * until / 1000.0)
+                .map(|n| bounce.at((f64::from(n) + 0.5) / 1000.0 * until).load * until / 1000.0)
                 .sum();
-            let seen = 0.5 * bounce.at(until).2 * CYCLE_S;
+            let seen = 0.5 * bounce.at(until).load * CYCLE_S;
             let error = added - (exact - seen);
             assert!(
                 error.abs() < 0.01 * seen,
@@ -352,7 +352,7 @@ mod tests {
     fn what_is_added_at_the_onset_is_bounded_by_the_first_load() {
         for (threshold, longest) in [(0.0, 1.0), (6.0, 3.0)] {
             let mut contact = Bounce::spring(0.9).begun(threshold);
-            let felt = 0.5 * Bounce::spring(0.9).at(0.9 * CYCLE_S).2 * CYCLE_S;
+            let felt = 0.5 * Bounce::spring(0.9).at(0.9 * CYCLE_S).load * CYCLE_S;
             assert_near(contact.onset_felt, felt, 1e-9);
             // A first load that was hardly felt.
             contact.onset_felt = 1e-9;
@@ -392,9 +392,9 @@ mod tests {
             let contact = |cycles| bounce.followed(1e-3, cycles);
             let end = core::f64::consts::PI / OMEGA / CYCLE_S - phase;
             let (last, first_free) = (end.floor(), end.floor() as usize + 1);
-            let load = bounce.at((last + phase) * CYCLE_S).2;
+            let load = bounce.at((last + phase) * CYCLE_S).load;
             let expected = 0.5 * load * CYCLE_S * ((end - last) - 1.0);
-            let velocity = x(bounce.at(bounce.time(FIRST + first_free)).1);
+            let velocity = x(bounce.at(bounce.time(FIRST + first_free)).rate);
             let found = contact(first_free + 1).release_correction(&velocity, 0);
             assert!(
                 (found - expected).abs() < 1e-3 * load * CYCLE_S,

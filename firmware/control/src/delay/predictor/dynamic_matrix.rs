@@ -132,7 +132,7 @@ impl DynamicMatrix {
         let mut displacement = 0.0;
         core::array::from_fn(|t| {
             displacement = PRELOAD_DECAY * displacement + self.response[t];
-            displacement * plan.left((cycle + t) as f64)
+            displacement * plan.remaining_fraction((cycle + t) as f64)
         })
     }
 

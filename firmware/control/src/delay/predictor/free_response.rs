@@ -19,31 +19,31 @@ pub(super) struct FreeResponse {
 }
 
 impl FreeResponse {
-    /// From the deviations of the reference from now on (`taken`), and from a delay ahead on (`ahead`). `first_row` holds the
-    /// weights of the errors in the first move.
+    /// From the deviations of the reference from now on (`deviations_now`), and from a delay ahead on (`deviations_at_execution`).
+    /// `first_row` holds the weights of the errors in the first move.
     #[inline(never)]
     pub(super) fn new(
         problem: &ControlProblem<'_>,
-        taken: &Deviations,
-        ahead: &Deviations,
+        deviations_now: &Deviations,
+        deviations_at_execution: &Deviations,
         first_row: &Trajectory,
     ) -> Self {
         let reference = &problem.reference;
         let (per_cycle, push) = (reference.velocity * problem.model.cycle_s, &reference.push);
         let start = reference.position + per_cycle * (problem.cycle as f64 - reference.onset);
         let (mut sum, mut later, mut lost) = (0.0, 0.0, 0.0);
-        for (t, (first, taken)) in first_row.iter().zip(taken).enumerate() {
+        for (t, (first, deviation)) in first_row.iter().zip(deviations_now).enumerate() {
             sum += first;
             later += first * t as f64;
-            lost += first * taken.displacement;
+            lost += first * deviation.displacement;
         }
         let gradient = problem.contact.map(|contact| contact.gradient);
         let mut position = [0.0; PREDICTION_HORIZON + 1];
         let (mut robot, mut moved) = (problem.robot, V6::zeros());
-        let mut older = executed(problem, ahead, 0);
+        let mut older = executed(problem, deviations_at_execution, 0);
         for (t, (first, position)) in first_row.iter().zip(&mut position).enumerate() {
             if t > 0 {
-                let newer = executed(problem, ahead, t);
+                let newer = executed(problem, deviations_at_execution, t);
                 robot.step(problem.model, &older, &newer);
                 older = newer;
             }
@@ -57,7 +57,7 @@ impl FreeResponse {
             let along = |v: &V6| gradient.dot(v);
             let (start, rate, push) = (along(&start), along(&per_cycle), along(push));
             core::array::from_fn(|t| {
-                start + rate * t as f64 - push * taken[t].displacement - position[t]
+                start + rate * t as f64 - push * deviations_now[t].displacement - position[t]
             })
         });
         Self {
@@ -70,21 +70,24 @@ impl FreeResponse {
 
 /// The commands that are executed at the end of cycle `t` of the horizon and at the beginning of the next: first those that were
 /// sent, then those of the reference.
-fn executed(problem: &ControlProblem<'_>, ahead: &Deviations, t: usize) -> V6 {
+fn executed(problem: &ControlProblem<'_>, deviations_at_execution: &Deviations, t: usize) -> V6 {
     let reference = &problem.reference;
     let sent = problem.model.linear.whole + 1;
     let Some(new) = (t + problem.latency).checked_sub(sent) else {
         let cycle = (problem.cycle + t + problem.latency).checked_sub(sent);
         return cycle.map_or(V6::zeros(), |cycle| problem.commands.of(cycle, 0));
     };
-    reference.velocity - reference.push * change(problem, ahead, new)
+    reference.velocity - reference.push * change(problem, deviations_at_execution, new)
 }
 
 /// Change of the reference's velocity along the contact in a cycle `t` that begins a delay ahead, m/s.
-fn change(problem: &ControlProblem<'_>, ahead: &Deviations, t: usize) -> f64 {
+fn change(problem: &ControlProblem<'_>, deviations_at_execution: &Deviations, t: usize) -> f64 {
     let per_displacement = 1.0 / problem.model.cycle_s;
-    match (ahead.get(t), ahead.get(t + 1)) {
+    match (
+        deviations_at_execution.get(t),
+        deviations_at_execution.get(t + 1),
+    ) {
         (Some(now), Some(next)) => (next.displacement - now.displacement) * per_displacement,
-        _ => ahead[PREDICTION_HORIZON].velocity,
+        _ => deviations_at_execution[PREDICTION_HORIZON].velocity,
     }
 }

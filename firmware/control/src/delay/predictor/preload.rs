@@ -8,36 +8,37 @@ use nalgebra::ComplexField;
 /// it is as commanded; from then on it stays, or is taken back until the contact ends.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Preload {
-    /// At the time `until`, and a cycle before, two cycles ..., m.
+    /// At the time `executed_until_cycle`, and a cycle before, two cycles ..., m.
     displacement: [f64; PRELOAD_HISTORY],
     /// The time at which a command of this cycle is executed, cycles.
-    until: f64,
+    executed_until_cycle: f64,
     /// Time at which it is taken back completely, cycles; `None`: it stays.
     end: Option<f64>,
 }
 
 impl Preload {
-    /// The same moves, executed up to the time `until`, and taken back linearly from then to `end`, if given; cycles.
-    pub(super) fn planned(&self, until: f64, end: Option<f64>) -> Self {
+    /// The same moves, executed up to the time `executed_until_cycle`, and taken back linearly from then to `end`, if given;
+    /// cycles.
+    pub(super) fn planned(&self, executed_until_cycle: f64, end: Option<f64>) -> Self {
         Self {
             displacement: self.displacement,
-            until,
+            executed_until_cycle,
             end,
         }
     }
 
     /// A cycle later, with a new move (m).
     pub(super) fn advance(&mut self, by: f64) {
-        let next = self.at(self.until + 1.0) + by;
+        let next = self.at(self.executed_until_cycle + 1.0) + by;
         self.displacement.rotate_right(1);
         self.displacement[0] = next;
     }
 
     /// At a time (cycles), m.
     pub(super) fn at(&self, cycle: f64) -> f64 {
-        let before = self.until - cycle;
+        let before = self.executed_until_cycle - cycle;
         if before <= 0.0 {
-            return self.displacement[0] * self.left(cycle);
+            return self.displacement[0] * self.remaining_fraction(cycle);
         }
         let whole = ComplexField::floor(before);
         let of = |index: usize| self.displacement.get(index).copied().unwrap_or(0.0);
@@ -46,12 +47,12 @@ impl Preload {
     }
 
     /// Fraction of it that is left at a time (cycles).
-    pub(super) fn left(&self, cycle: f64) -> f64 {
-        let Some(end) = self.end.filter(|_| cycle > self.until) else {
+    pub(super) fn remaining_fraction(&self, cycle: f64) -> f64 {
+        let Some(end) = self.end.filter(|_| cycle > self.executed_until_cycle) else {
             return 1.0;
         };
         if cycle < end {
-            (end - cycle) / (end - self.until)
+            (end - cycle) / (end - self.executed_until_cycle)
         } else {
             0.0
         }

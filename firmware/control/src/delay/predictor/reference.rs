@@ -117,9 +117,9 @@ impl Reference {
 
     /// Position at a cycle.
     pub(super) fn position_at(&self, cycle: f64, cycle_s: f64) -> V6 {
-        let [taken] = self.deviations::<1>(cycle, cycle_s);
+        let [deviation] = self.deviations::<1>(cycle, cycle_s);
         let straight = self.position + self.velocity * ((cycle - self.onset) * cycle_s);
-        straight - self.push * taken.displacement
+        straight - self.push * deviation.displacement
     }
 
     /// Restitution of the contact.
@@ -154,8 +154,8 @@ mod tests {
             (reference.damping_ratio(), reference.restitution()),
             (0.0, 1.0)
         );
-        let taken: [Deviation; 80] = reference.deviations(80.25, CYCLE_S);
-        for (n, taken) in taken.iter().enumerate() {
+        let deviations: [Deviation; 80] = reference.deviations(80.25, CYCLE_S);
+        for (n, deviation) in deviations.iter().enumerate() {
             let cycle = 80.25 + n as f64;
             let t = (cycle - ONSET) * CYCLE_S;
             let (way, rate) = match t {
@@ -164,11 +164,11 @@ mod tests {
                 _ => ((omega * t).sin() / omega, (omega * t).cos()),
             };
             assert!(
-                (taken.displacement - closing * (t - way)).abs() < 1e-12,
+                (deviation.displacement - closing * (t - way)).abs() < 1e-12,
                 "{cycle}"
             );
             assert!(
-                (taken.velocity - closing * (1.0 - rate)).abs() < 1e-12,
+                (deviation.velocity - closing * (1.0 - rate)).abs() < 1e-12,
                 "{cycle}"
             );
             let found = reference.position_at(cycle, CYCLE_S) - reference.position;

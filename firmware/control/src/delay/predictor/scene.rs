@@ -45,13 +45,13 @@ impl Scene {
         (0..CYCLE + latency).for_each(|n| robot.step_sent(&model, &commands, n));
         let place = reference.position_at(CYCLE as f64, CYCLE_S) + V6::repeat(1e-6);
         robot.position += place - robot.position;
-        let [taken] = reference.deviations(CYCLE as f64, CYCLE_S);
+        let [deviation] = reference.deviations(CYCLE as f64, CYCLE_S);
         Self {
             model,
             commands,
             latency,
             robot,
-            velocity: before - contact.push * (taken.velocity * 1.1),
+            velocity: before - contact.push * (deviation.velocity * 1.1),
             reference,
             contact,
             curve: None,
@@ -72,8 +72,8 @@ impl Scene {
         let (onset, before) = (scene.reference.onset, along * 0.005);
         scene.reference =
             Reference::into_contact(&scene.contact, (onset, along * 0.1), (before, 0.005));
-        let [taken] = scene.reference.deviations(CYCLE as f64, CYCLE_S);
-        scene.velocity = before - along * taken.velocity;
+        let [deviation] = scene.reference.deviations(CYCLE as f64, CYCLE_S);
+        scene.velocity = before - along * deviation.velocity;
         for n in 0..COMMAND_HISTORY {
             let ahead = scene.model.execution_delay(0) - (COMMAND_HISTORY - n) as f64;
             let at = |cycle: f64| scene.reference.position_at(CYCLE as f64 + cycle, CYCLE_S);

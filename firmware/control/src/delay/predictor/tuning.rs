@@ -255,10 +255,10 @@ pub(super) const RETREAT_CYCLES: f64 = 2.0;
 pub(super) const RETREAT_PART: f64 = 0.25;
 /// Latencies beyond the believed one for which a reversal waits as long as they are not refuted, cycles. ↑ serves poses four
 /// cycles late, and stiff contacts reverse too late where the belief was right.
-pub(super) const OLDER_POSE: usize = 2;
+pub(super) const DOUBTED_LATENCY_CYCLES: usize = 2;
 /// Fraction of the rebound that a contact may have given back while the robot waits: the other half is left to steer with. ↑
 /// waits in stiff contacts as well.
-pub(super) const WAITING_TAKES: f64 = 0.5;
+pub(super) const LARGEST_REBOUND_WHILE_WAITING: f64 = 0.5;
 /// Damping ratio from which on a contact needs an early retreat, and axes may turn freely. ↑ a damped rebound
 /// is too fast; ↓ estimates that waver cost a pause.
 pub(super) const FREE_REVERSAL_DAMPING: f64 = 0.25;

@@ -350,7 +350,7 @@ mod tests {
         fn at(&self, cycles: f64) -> (f64, f64, f64) {
             let (t, stiffness) = (cycles * CYCLE_S, MASS * self.omega * self.omega);
             let truth = truth::Bounce::new(MASS, stiffness, self.zeta, SPEED);
-            (truth.way_m(t), truth.rate_m_s(t), truth.force_n(t))
+            (truth.displacement_m(t), truth.rate_m_s(t), truth.force_n(t))
         }
 
         fn settings(&self, stiffness_error: f64, identify: bool) -> SmithSettings {

@@ -139,7 +139,7 @@ fn judge<'a>(candidate: &'a Candidate, series: &Series, excess: f64) -> Judged<'
     Judged {
         candidate,
         offset: (fit.explained_by_mean() / excess).min(1.0),
-        mean: (fit.explained() / excess).min(1.0),
+        mean: (fit.explained_squares() / excess).min(1.0),
         fit,
         concentration: narrowest(&shares, series.relative.len()),
     }

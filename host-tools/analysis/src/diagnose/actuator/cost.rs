@@ -128,7 +128,7 @@ impl<'a> LogCost<'a> {
             Reading::AtEnd => Noise::White,
         };
         let sheet = self.sheet_sigma[axis];
-        let known = residual.get(self.known()).unwrap_or_default();
+        let known = residual.get(self.known_cycles()).unwrap_or_default();
         let filter = self.log.filter.map(|f| f.on_samples(self.log.cycle_s));
         let floor = noise_floor(known, noise, filter);
         floor.map_or(sheet, |f| f.clamp(LEAST * sheet, 3.0 * sheet))
@@ -152,7 +152,7 @@ impl<'a> LogCost<'a> {
         let sigma = self.sigma[axis];
         let change = other.iter().zip(predicted).map(|(o, p)| (o - p) / sigma);
         // Where the residual does not count its slope does not either.
-        let known = self.known();
+        let known = self.known_cycles();
         change
             .enumerate()
             .map(|(n, c)| if known.contains(&n) { c } else { 0.0 })
@@ -175,14 +175,14 @@ impl<'a> LogCost<'a> {
         let executed = self.log.executed[axis].iter();
         let mut residual: Vec<f64> = executed.zip(predicted).map(|(e, p)| e - p).collect();
         // The commands before the first cycles are not known, nor the motion after the last ones, which a filter mixes in.
-        let known = self.known();
+        let known = self.known_cycles();
         residual[..known.start].fill(0.0);
         residual[known.end..].fill(0.0);
         residual
     }
 
     /// Cycles that count: the commands before them are known and, behind a filter, the motion after them.
-    pub(crate) fn known(&self) -> Range<usize> {
+    pub(crate) fn known_cycles(&self) -> Range<usize> {
         let count = self.log.cycle_count();
         let end = count.saturating_sub(self.bent());
         self.settling.min(end)..end
@@ -336,9 +336,9 @@ impl<'a> Cost<'a> {
 
     /// Holds nuisance parameters at their nominal values if terms would need them to be too far off: that is a finding of its
     /// own. Returns whether there are any.
-    pub(crate) fn freeze_strained(&mut self, terms: &[Term]) -> bool {
+    pub(crate) fn hold_strained(&mut self, terms: &[Term]) -> bool {
         let axes = std::array::from_fn(|axis| self.of_axis(&self.chain(terms, axis), axis));
-        let taken = self.taken(&axes).1;
+        let taken = self.total_and_nuisances(&axes).1;
         let strained = strained(taken.as_slice(), 2.0);
         let delay = strained.contains(&LONGER) || strained.contains(&SHORTER);
         let lag = strained.contains(&(NUISANCES - 1));
@@ -427,11 +427,11 @@ impl<'a> Cost<'a> {
 
     /// χ² of all axes, the nuisance parameters at their best and their priors included.
     pub(crate) fn total(&self, axes: &[AxisCost; 6]) -> f64 {
-        self.taken(axes).0
+        self.total_and_nuisances(axes).0
     }
 
     /// That χ², and the values of the nuisance parameters in tolerances.
-    fn taken(&self, axes: &[AxisCost; 6]) -> (f64, SVector<f64, NUISANCES>) {
+    fn total_and_nuisances(&self, axes: &[AxisCost; 6]) -> (f64, SVector<f64, NUISANCES>) {
         let mut squares = 0.0;
         let mut gradient = SVector::<f64, NUISANCES>::zeros();
         // The prior of each nuisance parameter has unit variance, in units of its tolerance.
@@ -464,9 +464,9 @@ impl<'a> Cost<'a> {
     }
 
     /// Whitened residuals of each log and axis with these terms, the nuisance parameters at their best.
-    pub(crate) fn white(&self, terms: &[Term]) -> Vec<[Vec<f64>; 6]> {
+    pub(crate) fn whitened_residuals(&self, terms: &[Term]) -> Vec<[Vec<f64>; 6]> {
         let costs = std::array::from_fn(|axis| self.of_axis(&self.chain(terms, axis), axis));
-        let taken = self.taken(&costs).1;
+        let taken = self.total_and_nuisances(&costs).1;
         let of = |log: &LogCost<'_>, axis: usize| {
             let predicted = log.simulate(&self.chain(terms, axis), axis);
             let mut white = log.residual(&predicted, axis);
@@ -491,7 +491,7 @@ impl<'a> Cost<'a> {
     /// χ² of each log with these terms, the nuisance parameters at their best.
     pub(crate) fn of_each(&self, terms: &[Term]) -> Vec<f64> {
         let squares = |white: &[Vec<f64>; 6]| white.iter().flatten().map(|w| w * w).sum();
-        self.white(terms).iter().map(squares).collect()
+        self.whitened_residuals(terms).iter().map(squares).collect()
     }
 
     /// χ² of the nominal actuator with an additional delay, s.
@@ -536,7 +536,7 @@ impl<'a> Cost<'a> {
 
     /// Number of velocities that count on some axes.
     pub(crate) fn count_of(&self, axes: &[bool; 6]) -> usize {
-        let cycles: usize = self.logs.iter().map(|log| log.known().len()).sum();
+        let cycles: usize = self.logs.iter().map(|log| log.known_cycles().len()).sum();
         axes.iter().filter(|a| **a).count() * cycles
     }
 

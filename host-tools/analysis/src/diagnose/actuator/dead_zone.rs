@@ -55,14 +55,16 @@ pub(super) fn best_zone(
             let (up, down) = (sides[0][i], sides[1][k]);
             let both = dot(&forth[i], &back[k]);
             let gains = match (gain, direction) {
-                (true, true) if up.squares > 0.0 && down.squares > 0.0 => apart(up, down, both),
+                (true, true) if up.squares > 0.0 && down.squares > 0.0 => {
+                    separate_gains(up, down, both)
+                }
                 (true, _) => alike(up, down, both),
                 (false, _) => Some([1.0; 2]),
             };
             let Some(gains) = gains else {
                 continue;
             };
-            let less = explained(gains, [up, down], both);
+            let less = chi2_reduction(gains, [up, down], both);
             if best.as_ref().is_none_or(|(most, _)| less > *most) {
                 let zone = [-lower * fastest, upper * fastest];
                 best = Some((less, terms(zone, gains, [gain, direction], axes)));
@@ -177,14 +179,14 @@ impl Side {
 }
 
 /// By how much χ² falls with the given gains of two sides; `both` is the product of their motions.
-fn explained([up, down]: [f64; 2], [forth, back]: [Side; 2], both: f64) -> f64 {
+fn chi2_reduction([up, down]: [f64; 2], [forth, back]: [Side; 2], both: f64) -> f64 {
     up * (2.0 * forth.measured - up * forth.squares)
         + down * (2.0 * back.measured - down * back.squares)
         - 2.0 * up * down * both
 }
 
 /// Gains of two sides by least squares; `None` if one of them is not positive.
-fn apart(forth: Side, back: Side, both: f64) -> Option<[f64; 2]> {
+fn separate_gains(forth: Side, back: Side, both: f64) -> Option<[f64; 2]> {
     let determinant = forth.squares * back.squares - both * both;
     let gains = [
         (forth.measured * back.squares - back.measured * both) / determinant,

@@ -9,8 +9,8 @@ use crate::diagnose::evidence::DIFFERS;
 use crate::diagnose::logs::Logs;
 use crate::diagnose::noise::structure::Structure;
 use crate::diagnose::question::Question;
-use crate::diagnose::wrench::Disagreement;
-use crate::diagnose::wrench::left::Left;
+use crate::diagnose::wrench::left::RemainingStructure;
+use crate::diagnose::wrench::{AmountByLog, Disagreement};
 use softdock_physics::model::log::Log;
 use softdock_physics::model::{Axis, Channel, Model};
 use softdock_statistics::rms;
@@ -64,7 +64,7 @@ pub(crate) fn actuator_stage(
         found = search(cost, &ask);
     }
     let around = cost.around(found.terms());
-    let white = around.white(found.terms());
+    let white = around.whitened_residuals(found.terms());
     let fitted = around.of_logs(|log| log < logs.fitted);
     let disagreeing = found.accepted.iter().zip(&found.apart);
     let disagreeing = disagreeing
@@ -118,7 +118,11 @@ fn disagreements(
         let named = stage.parameters(rotation).iter().enumerate();
         let amounts = named.map(|(k, (name, unit))| {
             let of_logs = own.iter().map(|terms| terms[*place].values[k]);
-            (*name, *unit, of_logs.collect())
+            AmountByLog {
+                name,
+                unit,
+                values: of_logs.collect(),
+            }
         });
         Disagreement {
             id: stage.id(),
@@ -148,13 +152,18 @@ fn differ(place: usize, own: &[Vec<Term>], cost: &Cost<'_>) -> bool {
 }
 
 /// What terms leave if each log has amounts of its own.
-fn left_apart(own: &[Vec<Term>], logs: &Logs<Log>, cost: &Cost<'_>, scatters: bool) -> Left {
+fn left_apart(
+    own: &[Vec<Term>],
+    logs: &Logs<Log>,
+    cost: &Cost<'_>,
+    scatters: bool,
+) -> RemainingStructure {
     let mut squares = 0.0;
     let each = logs.all.iter().zip(own).enumerate();
     let structures: Vec<[Structure; 6]> = each
         .map(|(k, (log, terms))| {
             let alone = cost.of_logs(|log| log == k).around(terms);
-            let white = alone.white(terms).swap_remove(0);
+            let white = alone.whitened_residuals(terms).swap_remove(0);
             squares += white.iter().flatten().map(|w| w * w).sum::<f64>();
             let levels = levels(&alone.logs[0], &white);
             std::array::from_fn(|axis| {
@@ -166,13 +175,13 @@ fn left_apart(own: &[Vec<Term>], logs: &Logs<Log>, cost: &Cost<'_>, scatters: bo
         let of_axis = structures.iter().map(|axes| axes[axis.index()].clone());
         (Channel::ExecutedVelocity, axis, of_axis.collect())
     });
-    Left::of_velocities(axes.collect(), squares, cost.of(&[]), cost.count())
+    RemainingStructure::of_velocities(axes.collect(), squares, cost.of(&[]), cost.count())
 }
 
 /// Rms of what is left of each axis, over the data sheet's noise.
 fn levels(log: &LogCost<'_>, white: &[Vec<f64>; 6]) -> [f64; 6] {
     std::array::from_fn(|axis| {
-        let known = white[axis].get(log.known()).unwrap_or_default();
+        let known = white[axis].get(log.known_cycles()).unwrap_or_default();
         rms(known) * log.sigma[axis] / log.sheet_sigma[axis]
     })
 }

@@ -90,7 +90,7 @@ impl<'a> Profile<'a> {
     }
 
     /// χ² with one parameter given, the others at their best within 4 standard deviations.
-    fn given(&self, i: usize, value: f64, sigma: &[f64]) -> f64 {
+    fn chi2_with(&self, i: usize, value: f64, sigma: &[f64]) -> f64 {
         /// Precision of each of the others, in standard deviations.
         const TOLERANCE: f64 = 0.1;
         let mut values = self.flat.clone();
@@ -129,7 +129,7 @@ fn smallest(term: &Term, train: &Cost<'_>) -> Vec<f64> {
 
 /// Number of successive residuals that count as one: the mean over logs and axes, weighted by χ².
 fn correlated(terms: &[Term], train: &Cost<'_>) -> f64 {
-    let white = train.white(terms);
+    let white = train.whitened_residuals(terms);
     let left = white.iter().flatten().filter(|series| !series.is_empty());
     let (sum, squares) = left.fold((0.0, 0.0), |(sum, squares), series| {
         let own = dot(series, series);
@@ -232,7 +232,7 @@ fn scanned(profile: &Profile<'_>, i: usize, sigma: &[f64], step: f64) -> [f64; 2
             if value <= 0.0 || outside == OUTSIDE {
                 break;
             }
-            if profile.given(i, value, sigma) <= likely {
+            if profile.chi2_with(i, value, sigma) <= likely {
                 (last, outside) = (n, 0);
             } else {
                 outside += 1;

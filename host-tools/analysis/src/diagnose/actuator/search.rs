@@ -38,7 +38,7 @@ pub(crate) struct Ask<'a> {
 /// Searches for stages. If the answer needs nuisance parameters too far off, these are held and the search is repeated.
 pub(crate) fn search(cost: &mut Cost<'_>, ask: &Ask<'_>) -> Search {
     let mut found = searched(cost, ask);
-    if cost.freeze_strained(found.terms()) {
+    if cost.hold_strained(found.terms()) {
         found = searched(cost, ask);
     }
     found
@@ -291,7 +291,7 @@ fn support(
         let lacks_it = |c: &&Candidate| is_a_cause(c, cost) && !c.ids().contains(&id);
         let rivals = singles.iter().filter(lacks_it).map(|c| c.priced(cost));
         let best = rivals.fold(f64::INFINITY, f64::min);
-        (id, Support::alone(beside).with_rival(best - priced))
+        (id, Support::without_rival(beside).with_rival(best - priced))
     };
     each(candidate, nominal, cost).into_iter().map(of).collect()
 }

@@ -68,24 +68,25 @@ pub(super) fn best_step(axes: &[bool; 6], cost: &Cost<'_>) -> Option<f64> {
     for (_, steps) in grid {
         let is_new = valleys
             .iter()
-            .all(|v| (v - steps).abs() > 2.5 * apart(steps));
+            .all(|v| (v - steps).abs() > 2.5 * resolution(steps));
         if is_new && valleys.len() < VALLEYS {
             valleys.push(steps);
         }
     }
     let refined = valleys.into_iter();
-    let refined = refined.map(|steps| bottom(steps - apart(steps), steps + apart(steps), of));
+    let refined =
+        refined.map(|steps| bottom(steps - resolution(steps), steps + resolution(steps), of));
     let best = refined.min_by(|a, b| a.1.total_cmp(&b.1))?;
     Some(fastest / best.0)
 }
 
-fn apart(steps: f64) -> f64 {
+fn resolution(steps: f64) -> f64 {
     APART.min(APART_BY_RATIO * steps)
 }
 
 /// Numbers of steps in the largest velocity, on the grid.
 fn places() -> impl Iterator<Item = f64> {
-    std::iter::successors(Some(FEWEST), |steps| Some(steps + apart(*steps)))
+    std::iter::successors(Some(FEWEST), |steps| Some(steps + resolution(*steps)))
         .take_while(|steps| *steps < MOST)
 }
 
@@ -94,7 +95,7 @@ fn level(cost: &Cost<'_>, axis: usize) -> f64 {
     let chain = cost.chain(&[], axis);
     let level = |log: &LogCost<'_>| {
         let residual = log.residual(&log.simulate(&chain, axis), axis);
-        rms(residual.get(log.known()).unwrap_or_default()) / log.sheet_sigma[axis]
+        rms(residual.get(log.known_cycles()).unwrap_or_default()) / log.sheet_sigma[axis]
     };
     cost.logs.iter().map(level).fold(0.0, f64::max)
 }

@@ -1,7 +1,7 @@
 //! The closest rival of what is named: what else the logs would allow in the place of a named effect, and whether they tell
 //! the two apart.
 
-use crate::diagnose::catalogue::is_shape;
+use crate::diagnose::catalogue::is_general_curve;
 use crate::diagnose::evidence::{self, AS_MUCH, NEARLY_AS_GOOD, TOLD_APART};
 use crate::diagnose::finding::{Experiment, Ranked, RunnerUp, TOGETHER, Tie};
 use softdock_physics::effects::{Effect, Law, by_id};
@@ -136,7 +136,7 @@ fn two_in_place(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
         let both: Vec<&str> = both.map(String::as_str).collect();
         let of = gone.next().filter(|_| gone.next().is_none())?;
         let is_tie = both.len() == 2
-            && !both.iter().any(|id| is_shape(id))
+            && !both.iter().any(|id| is_general_curve(id))
             && !is_told_apart(winner, r)
             && !is_refused_by_its_price(r, winner, both[0], of)
             && explains(of, winner, ranked)
@@ -201,7 +201,7 @@ fn in_the_place_of<'a>(id: &'a String, named: &[String], ranked: &'a [Ranked]) -
             let ties = r.as_good_as.as_ref() == Some(id);
             let is_excluded =
                 is_in_another(other, id, named) || (!ties && takes_another_place(other, id, named));
-            if is_shape(other) || is_excluded {
+            if is_general_curve(other) || is_excluded {
                 return None;
             }
             if !ties && is_refused_by_its_price(r, winner, other, id) {
@@ -293,7 +293,7 @@ pub(crate) fn experiment(
 ) -> Option<Experiment> {
     let one = by_id(&rival.of).or_else(|| by_id(first?))?;
     let pair = std::iter::once(one).chain(rival.effect.split(TOGETHER).filter_map(by_id));
-    let hangs = |effect: &Effect| matches!(effect.law, Law::Tool(_) | Law::Zero(_));
+    let hangs = |effect: &Effect| matches!(effect.law, Law::Tool(_) | Law::SensorZero(_));
     let effect = pair.into_iter().find(|effect| is_felt || !hangs(effect))?;
     Some(Experiment {
         sentence: effect.tell_apart.to_owned(),

@@ -1,12 +1,12 @@
 //! Named effects that have an equivalent in other effects, which no log, or not this one, can tell from them.
 
 use crate::diagnose::finding::{Equivalent, Estimate, Parameters};
-use crate::diagnose::named::Named;
+use crate::diagnose::named::NamedEffect;
 use softdock_report::number;
 use softdock_statistics::DEVIATIONS_95;
 
 /// An effect, or several, of the catalogue that are equivalent to some of the named ones; `None` if there are none.
-pub(crate) fn of<'a>(named: impl Iterator<Item = &'a Named> + Clone) -> Option<Equivalent> {
+pub(crate) fn of<'a>(named: impl Iterator<Item = &'a NamedEffect> + Clone) -> Option<Equivalent> {
     let find = |id: &str| named.clone().find(|n| n.effect.id == id);
     let by_direction = || friction_by_direction(find("guide_coulomb")?, find("guide_offset")?);
     let weight = || match find("bearing_gravity") {
@@ -21,7 +21,7 @@ pub(crate) fn of<'a>(named: impl Iterator<Item = &'a Named> + Clone) -> Option<E
 }
 
 /// A spring about a bearing that may bend as the sine of a weight does: k sin q = k q − k/6 q³ + ..
-fn weight(spring: &Named) -> Option<Equivalent> {
+fn weight(spring: &NamedEffect) -> Option<Equivalent> {
     let stiffness = spring.estimates.get("stiffness_n_m_per_rad")?;
     let hardening = spring.estimates.get("hardening_n_m_per_rad3")?;
     if !(hardening.low..=hardening.high).contains(&(-stiffness.value / 6.0)) {
@@ -46,8 +46,8 @@ fn weight(spring: &Named) -> Option<Equivalent> {
 }
 
 /// Dry friction and a constant force are friction that differs by direction.
-fn friction_by_direction(coulomb: &Named, offset: &Named) -> Option<Equivalent> {
-    let acts_at = |named: &Named| named.effect.parameters.get("acts_at").copied();
+fn friction_by_direction(coulomb: &NamedEffect, offset: &NamedEffect) -> Option<Equivalent> {
+    let acts_at = |named: &NamedEffect| named.effect.parameters.get("acts_at").copied();
     if acts_at(coulomb) != acts_at(offset) {
         return None;
     }
@@ -84,7 +84,7 @@ fn friction_by_direction(coulomb: &Named, offset: &Named) -> Option<Equivalent> 
 }
 
 /// Friction that differs by direction, without a part that depends on speed, is a dry friction and a constant force.
-fn friction_with_constant(asymmetry: &Named) -> Option<Equivalent> {
+fn friction_with_constant(asymmetry: &NamedEffect) -> Option<Equivalent> {
     let of = |name| asymmetry.estimates.get(name);
     let on_a_guide = of("forward_n").zip(of("backward_n"));
     let (both, amount) = match on_a_guide {
@@ -138,8 +138,8 @@ fn sum(one: &Estimate, other: &Estimate, sign: f64) -> Estimate {
 mod tests {
     use super::*;
 
-    fn named(id: &str, force_n: f64, acts_at: f64) -> Named {
-        Named::new(id, Vec::new())
+    fn named(id: &str, force_n: f64, acts_at: f64) -> NamedEffect {
+        NamedEffect::new(id, Vec::new())
             .with("force_n", (force_n, 0.1), "N")
             .choosing("acts_at", acts_at)
     }
@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn a_spring_that_may_bend_as_a_sine_is_perhaps_a_weight() {
         let spring = |hardening: f64, sigma: f64| {
-            Named::new("cable_stiffness", Vec::new())
+            NamedEffect::new("cable_stiffness", Vec::new())
                 .with("stiffness_n_m_per_rad", (6.0, 0.1), "N·m/rad")
                 .with("hardening_n_m_per_rad3", (hardening, sigma), "N·m/rad^3")
         };
@@ -155,7 +155,7 @@ mod tests {
         let said = said.expect("a sine bends by -1 N·m/rad^3");
         assert_eq!(said.parameters["bearing_gravity"]["sine_n_m"].value, 6.0);
         assert_eq!(of([&spring(0.5, 0.1)].into_iter()), None);
-        let gravity = Named::new("bearing_gravity", Vec::new());
+        let gravity = NamedEffect::new("bearing_gravity", Vec::new());
         assert_eq!(of([&spring(0.5, 1.0), &gravity].into_iter()), None);
     }
 
@@ -172,7 +172,7 @@ mod tests {
         );
         let forward = &said.parameters["guide_asymmetry"]["forward_n"];
         assert!((forward.high - 2.0 - DEVIATIONS_95 * 0.1 * 2.0_f64.sqrt()).abs() < 1e-9);
-        let other_way = Named::new("guide_asymmetry", Vec::new())
+        let other_way = NamedEffect::new("guide_asymmetry", Vec::new())
             .with("forward_n", (2.0, 0.1), "N")
             .with("backward_n", (1.0, 0.1), "N");
         let same = of([&other_way].into_iter()).expect("the same as both");

@@ -9,14 +9,14 @@ use crate::compare::sentence::listed;
 use crate::diagnose::actuator::{Candidate, Search};
 use crate::diagnose::evidence::{NAMED, RISES};
 use crate::diagnose::finding::{Equivalent, NoiseFloor, Verdict};
-use crate::diagnose::named::Named;
+use crate::diagnose::named::NamedEffect;
 use crate::diagnose::noise::autoregressive::LEAST;
 use crate::diagnose::noise::structure::SLOW_HZ;
 use crate::diagnose::prediction_error::error_reduction::{ErrorReduction, Refused};
 use crate::diagnose::prediction_error::log_to_log::LogToLog;
 use crate::diagnose::prediction_error::noise_of_motion::Drowned;
 use crate::diagnose::stages::Stages;
-use crate::diagnose::wrench::{self, AfterMotion, Disagreement, PreparedLog, Ripple};
+use crate::diagnose::wrench::{self, AfterMotion, AmountByLog, Disagreement, PreparedLog, Ripple};
 use softdock_physics::effects::{CATALOGUE, Effect};
 use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::load::{Column, Scene};
@@ -81,7 +81,7 @@ impl Answer<'_> {
         let mut notes: Vec<String> = untested(stages).map(str::to_owned).collect();
         let is_loaded = !model.sensor.at_rest && model.sensor.wrench != WrenchMeaning::Free;
         if stages.wrench.is_some() && is_loaded && stages.logs.have_constant_loads() {
-            let what = match model.sensor.wrench.is_told() {
+            let what = match model.sensor.wrench.is_commanded() {
                 true => "When the load was told",
                 false => "Whether the reading is late",
             };
@@ -116,7 +116,10 @@ impl Answer<'_> {
     /// A note if a load that is said to be commanded comes after the motion, which only a measured load may do.
     fn after_motion(&self) -> Option<String> {
         let found = self.stages.wrench.as_ref()?;
-        let found = found.left().is_structured().then_some(found)?;
+        let found = found
+            .remaining_structure()
+            .is_structured()
+            .then_some(found)?;
         let accepted = found.found.accepted.as_ref()?;
         let AfterMotion { late_s, share } = wrench::after_motion(&found.prepared, accepted)?;
         Some(format!(
@@ -236,7 +239,7 @@ impl Answer<'_> {
     fn of_refused(&self) -> Vec<String> {
         let reduction = self.reduction;
         let curves = self.rest.curves.iter().map(|id| {
-            let ids = ranking::with_shape(self.stages, id);
+            let ids = ranking::with_general_curve(self.stages, id);
             let others = if ids.len() > 1 { " with what it needs beside it" } else { "" };
             format!(
                 "{id} is a curve that fits many mechanisms, and is not named; `softdock add MODEL {} --fit LOG` adds it{others}.",
@@ -392,7 +395,7 @@ impl Answer<'_> {
 }
 
 /// For each amount of an effect that is not late: its name, and its contribution to the reading of a log.
-fn terms(named: &Named, scene: &Scene) -> Vec<(String, Column)> {
+fn terms(named: &NamedEffect, scene: &Scene) -> Vec<(String, Column)> {
     let EffectModel { id, parameters, .. } = &named.effect;
     let effect = LoadEffect::find(&scene.model, id).filter(|effect| !effect.is_late());
     let Some(effect) = effect else {
@@ -472,8 +475,9 @@ fn from_log_to_log(one: &LogToLog) -> String {
 
 /// Sentences with the amounts of an effect in each log, for logs that disagree about it.
 fn amounts_of_logs(one: &Disagreement, fitted: usize) -> impl Iterator<Item = String> {
-    one.amounts.iter().map(move |(name, unit, of_logs)| {
-        let values: Vec<String> = of_logs.iter().map(|v| number::significant(*v, 3)).collect();
+    one.amounts.iter().map(move |amount| {
+        let AmountByLog { name, unit, values } = amount;
+        let values: Vec<String> = values.iter().map(|v| number::significant(*v, 3)).collect();
         let unseen = match values.get(fitted..) {
             Some(unseen @ [_, ..]) => format!("; those of --test {}", listed(unseen)),
             _ => String::new(),
@@ -536,7 +540,7 @@ mod tests {
         };
         let time_s = (0..9).map(|n| 0.01 * f64::from(n)).collect();
         let scene = Scene::new(&model, 0.01, time_s, pose.collect(), vec![motion; 9]);
-        let weight = Named::new("bearing_gravity", Vec::new())
+        let weight = NamedEffect::new("bearing_gravity", Vec::new())
             .with("sine_n_m", (2.0, 0.1), "N·m")
             .with("cosine_n_m", (0.5, 0.1), "N·m");
         let terms = terms(&weight, &scene);

@@ -11,13 +11,14 @@ use super::verdict::{Judged, is_driven, of_a_rig, untested};
 use crate::diagnose::evidence;
 use crate::diagnose::finding::{Diagnosis, Equivalent, Nominal, Ranked, Region, RunnerUp, Verdict};
 use crate::diagnose::logs::Logs;
-use crate::diagnose::named::{Named, with_effects};
+use crate::diagnose::named::{NamedEffect, with_effects};
 use crate::diagnose::prediction_error::error_reduction::ErrorReduction;
 use crate::diagnose::prediction_error::left_over::left_over;
 use crate::diagnose::prediction_error::log_to_log::from_log_to_log;
 use crate::diagnose::question::Question;
 use crate::diagnose::stages::Stages;
-use crate::diagnose::wrench::left::Left;
+use crate::diagnose::wrench::NominalEstimate;
+use crate::diagnose::wrench::left::RemainingStructure;
 use crate::levels::{BeforeAfter, ChannelLevels, Step};
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
@@ -45,7 +46,7 @@ pub(crate) fn conclude(
     question: &Question<'_>,
 ) -> anyhow::Result<Outcome> {
     let (reduction, predictions) = ErrorReduction::of(model, recordings, stages, question)?;
-    let named: Vec<&Named> = reduction.named.iter().map(|(named, _)| named).collect();
+    let named: Vec<&NamedEffect> = reduction.named.iter().map(|(named, _)| named).collect();
     let after = with_effects(model, named.iter().copied());
     let found: Vec<String> = named.iter().map(|n| n.effect.id.clone()).collect();
     // Beside named effects, refused ones are errors of form, which notes mention. If nothing is named, what they would explain
@@ -76,7 +77,7 @@ pub(crate) fn conclude(
     let notes = notes.all(judged.unexplained, in_sample);
     let of_all_logs = of_all_logs(stages, &reduction);
     let is_named = |id: &&String| named.iter().any(|one| one.effect.id == **id);
-    let said = Said {
+    let inputs = DiagnosisInputs {
         stages,
         late: reduction.late.as_ref().filter(is_named).map(|_| model),
         named,
@@ -85,7 +86,7 @@ pub(crate) fn conclude(
         rest,
         predictions: &predictions,
     };
-    let mut diagnosis = said.diagnosis(same, reduction.steps, notes, unseen);
+    let mut diagnosis = inputs.diagnosis(same, reduction.steps, notes, unseen);
     if let Some(why) = of_all_logs {
         diagnosis.is_of_all_logs(why);
     }
@@ -103,18 +104,18 @@ pub(crate) fn conclude(
 }
 
 /// All from which a diagnosis is put together.
-struct Said<'a> {
+struct DiagnosisInputs<'a> {
     stages: &'a Stages,
     /// The model, if a late effect is named that was found by its error on unseen data.
     late: Option<&'a Model>,
-    named: Vec<&'a Named>,
-    left: &'a [Left],
+    named: Vec<&'a NamedEffect>,
+    left: &'a [RemainingStructure],
     judged: &'a Judged,
     rest: Unaccounted,
     predictions: &'a Logs<Prediction>,
 }
 
-impl Said<'_> {
+impl DiagnosisInputs<'_> {
     /// The diagnosis but for its sentence.
     fn diagnosis(
         self,
@@ -223,11 +224,11 @@ fn of_all_logs(stages: &Stages, reduction: &ErrorReduction) -> Option<String> {
 
 /// Probability of each named effect: of two that the logs do not tell apart none is certain.
 fn probabilities(
-    named: &[&Named],
+    named: &[&NamedEffect],
     rivals: &[&RunnerUp],
     leaves_structure: bool,
 ) -> BTreeMap<String, f64> {
-    let of = |named: &&Named| {
+    let of = |named: &&NamedEffect| {
         // A rival that fits better, but in whose place a simpler effect was taken, counts as equally likely.
         let own = named.support.against.max(0.0);
         let of_it = rivals.iter().find(|rival| rival.of == named.effect.id);
@@ -240,15 +241,15 @@ fn probabilities(
 
 /// Estimates of the nominal parameters beside the named effects, by name.
 fn nominal(stages: &Stages) -> BTreeMap<String, Nominal> {
-    let of = |(name, value, sigma, tolerances): &(String, f64, f64, f64)| {
-        let reach = DEVIATIONS_95 * sigma;
+    let of = |estimate: &NominalEstimate| {
+        let reach = DEVIATIONS_95 * estimate.sigma;
         let nominal = Nominal {
-            value: *value,
-            low: value - reach,
-            high: value + reach,
-            tolerances: *tolerances,
+            value: estimate.value,
+            low: estimate.value - reach,
+            high: estimate.value + reach,
+            tolerances: estimate.tolerances,
         };
-        (name.clone(), nominal)
+        (estimate.name.clone(), nominal)
     };
     stages.nominal.iter().map(of).collect()
 }

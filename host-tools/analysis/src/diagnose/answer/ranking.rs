@@ -2,13 +2,13 @@
 
 use super::closest_rival::is_more_than;
 use crate::diagnose::actuator::Candidate;
-use crate::diagnose::catalogue::is_shape;
+use crate::diagnose::catalogue::is_general_curve;
 use crate::diagnose::clock::Jitter;
 use crate::diagnose::evidence::{self, NEARLY_AS_GOOD, TOLD_APART};
 use crate::diagnose::finding::{Ranked, StrongestEvidence};
 use crate::diagnose::stages::Stages;
 use crate::diagnose::stages::clock_rivals::ClockRival;
-use crate::diagnose::wrench::Tested;
+use crate::diagnose::wrench::TestedHypothesis;
 use crate::diagnose::wrench::finding::WrenchFinding;
 use softdock_physics::effects::body::clock_jitter;
 use softdock_physics::model::Channel;
@@ -118,9 +118,9 @@ fn of_wrench(stage: &WrenchFinding, fitted: usize) -> impl Iterator<Item = (f64,
     // The answer as the search tried it, with the noise model of that search.
     let accepted = stage.found.accepted.as_ref();
     let answer = accepted.and_then(|accepted| ranked.iter().find(|t| t.is_same(accepted)));
-    let answer = answer.filter(|_| stage.left().is_structured());
-    let error = |tested: &Tested| stage.prepared.error_on_unseen(tested);
-    let of = move |tested: &Tested| {
+    let answer = answer.filter(|_| stage.remaining_structure().is_structured());
+    let error = |tested: &TestedHypothesis| stage.prepared.error_on_unseen(tested);
+    let of = move |tested: &TestedHypothesis| {
         // Searches measure χ² by noise models of their own. Hypotheses that were tried beside the same effects are rescaled to
         // that of the answer.
         let tested = &match answer.filter(|answer| answer.beside == tested.beside) {
@@ -148,11 +148,11 @@ fn of_wrench(stage: &WrenchFinding, fitted: usize) -> impl Iterator<Item = (f64,
 /// explains nearly as much. Where structure is left, errors of form decide between two such hypotheses and not the noise. `None`
 /// otherwise.
 pub(crate) fn foretells_alike(
-    answer: &Tested,
-    tested: &Tested,
-    error: &dyn Fn(&Tested) -> f64,
+    answer: &TestedHypothesis,
+    tested: &TestedHypothesis,
+    error: &dyn Fn(&TestedHypothesis) -> f64,
 ) -> Option<String> {
-    let [named, ids] = [answer, tested].map(Tested::effects_in_order);
+    let [named, ids] = [answer, tested].map(TestedHypothesis::effects_in_order);
     let missing: Vec<&&str> = named.iter().filter(|id| !ids.contains(id)).collect();
     let [of] = missing[..] else {
         return None;
@@ -177,12 +177,13 @@ pub(crate) fn strongest(stages: &Stages) -> StrongestEvidence {
 }
 
 /// The largest evidence of a hypothesis over the best of its subsets alone, as the decision counts it.
-fn strongest_of(ranked: &[Tested]) -> Option<f64> {
+fn strongest_of(ranked: &[TestedHypothesis]) -> Option<f64> {
     let possible = || ranked.iter().filter(|t| t.wrong.is_empty());
-    let of_last = |pair: &Tested| {
+    let of_last = |pair: &TestedHypothesis| {
         let ids = pair.ids();
-        let fewer =
-            |t: &&Tested| t.effects.len() < ids.len() && t.ids().iter().all(|id| ids.contains(id));
+        let fewer = |t: &&TestedHypothesis| {
+            t.effects.len() < ids.len() && t.ids().iter().all(|id| ids.contains(id))
+        };
         let alone = possible().filter(fewer).map(|t| t.evidence);
         pair.evidence - alone.fold(0.0, f64::max)
     };
@@ -271,21 +272,21 @@ pub(crate) fn reported(all: &[Ranked], answer: &[String]) -> Vec<Ranked> {
 }
 
 /// Ids of general curves (phenomenological shapes) among the hypotheses on the reading.
-pub(crate) fn shapes(stages: &Stages) -> Vec<String> {
+pub(crate) fn general_curves(stages: &Stages) -> Vec<String> {
     let Some(found) = &stages.wrench else {
         return Vec::new();
     };
     let ids = found.found.ranked.iter().flat_map(|t| t.ids());
-    let ids: BTreeSet<String> = ids.filter(|id| is_shape(id)).collect();
+    let ids: BTreeSet<String> = ids.filter(|id| is_general_curve(id)).collect();
     ids.into_iter().collect()
 }
 
 /// Effects of the likeliest hypothesis with a given curve, and those of earlier rounds, which are added with it.
-pub(crate) fn with_shape(stages: &Stages, shape: &str) -> Vec<String> {
+pub(crate) fn with_general_curve(stages: &Stages, curve: &str) -> Vec<String> {
     let Some(found) = &stages.wrench else {
         return Vec::new();
     };
-    let likeliest = found.likeliest_with(|id| id == shape);
+    let likeliest = found.likeliest_with(|id| id == curve);
     let earlier = found.earlier.0.iter().map(|one| one.id.to_owned());
     earlier
         .chain(likeliest.iter().flat_map(|one| one.ids()))

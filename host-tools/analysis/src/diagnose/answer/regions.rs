@@ -3,18 +3,18 @@
 use crate::compare::Phase;
 use crate::diagnose::finding::Region;
 use crate::diagnose::stages::Stages;
-use crate::diagnose::wrench::left::Left;
+use crate::diagnose::wrench::left::RemainingStructure;
 use softdock_physics::model::Channel;
 use softdock_physics::model::prediction::Prediction;
 
 /// Where structure is left on the log that is drawn.
-pub(crate) fn left_over(left: &[Left], stages: &Stages) -> Vec<Region> {
+pub(crate) fn left_over(left: &[RemainingStructure], stages: &Stages) -> Vec<Region> {
     let log = stages.logs.shown();
     let shown = stages.logs.shown_number();
     let at = |n: usize| log.time_s[n.min(log.cycle_count() - 1)];
     left.iter()
         .filter(|l| l.any())
-        .flat_map(Left::structured)
+        .flat_map(RemainingStructure::structured)
         .filter_map(|(channel, axis, each)| {
             let shown = each.get(shown)?;
             let ((from, length), regime) = shown.strongest();

@@ -4,7 +4,7 @@ use crate::compare::TOLERATED_NOISE;
 use crate::compare::sentence::listed;
 use crate::diagnose::finding::{Diagnosis, TOGETHER, Verdict};
 use crate::diagnose::noise::structure::Structure;
-use crate::diagnose::wrench::left::Left;
+use crate::diagnose::wrench::left::RemainingStructure;
 use softdock_report::number;
 
 /// Share of the error from which the sentence mentions what is left.
@@ -14,7 +14,7 @@ const ALL: f64 = 99.5;
 
 /// Says what is missing, how far the error falls, and what is uncertain. `untestable` is the sentence for logs that cannot be
 /// tested.
-pub(crate) fn of(diagnosis: &Diagnosis, left: &[Left], untestable: &str) -> String {
+pub(crate) fn of(diagnosis: &Diagnosis, left: &[RemainingStructure], untestable: &str) -> String {
     match diagnosis.verdict {
         Verdict::Named => named(diagnosis),
         Verdict::NothingMissing => nothing_missing(diagnosis),
@@ -126,11 +126,11 @@ fn logs_disagree(diagnosis: &Diagnosis) -> String {
     )
 }
 
-fn unexplained(diagnosis: &Diagnosis, left: &[Left]) -> String {
+fn unexplained(diagnosis: &Diagnosis, left: &[RemainingStructure]) -> String {
     let mut places: Vec<String> = left
         .iter()
         .filter(|l| l.any())
-        .flat_map(Left::structured)
+        .flat_map(RemainingStructure::structured)
         .map(|(channel, axis, each)| {
             let channel = channel.name().replace('_', " ");
             let words = each.last().map(Structure::words).unwrap_or_default();

@@ -6,7 +6,7 @@ use crate::diagnose::finding::{Remainder, Verdict};
 use crate::diagnose::noise::structure::Structure;
 use crate::diagnose::stages::Stages;
 use crate::diagnose::wrench::finding::WrenchFinding;
-use crate::diagnose::wrench::left::Left;
+use crate::diagnose::wrench::left::RemainingStructure;
 use crate::diagnose::wrench::{self, OtherSign, Ripple};
 use softdock_physics::model::Channel;
 
@@ -24,10 +24,10 @@ pub(crate) struct Unaccounted {
 }
 
 impl Unaccounted {
-    pub(crate) fn new(stages: &Stages, left: &[Left], judged: &Judged) -> Self {
+    pub(crate) fn new(stages: &Stages, left: &[RemainingStructure], judged: &Judged) -> Self {
         // A general curve is of interest only if structure is left beside it.
-        let curves = match !judged.asked && left.iter().any(Left::is_structured) {
-            true => ranking::shapes(stages),
+        let curves = match !judged.asked && left.iter().any(RemainingStructure::is_structured) {
+            true => ranking::general_curves(stages),
             false => Vec::new(),
         };
         let (mut remainder, of_wrench) = remainder(stages, left);
@@ -56,7 +56,7 @@ impl Unaccounted {
 }
 
 /// What is left with structure of the channel that has most of it, and whether that is the wrench.
-fn remainder(stages: &Stages, left: &[Left]) -> (Remainder, bool) {
+fn remainder(stages: &Stages, left: &[RemainingStructure]) -> (Remainder, bool) {
     let structured = left.iter().filter(|left| left.is_structured());
     let most = structured.max_by(|a, b| a.share.total_cmp(&b.share));
     let Some(most) = most else {
@@ -107,7 +107,7 @@ fn each_ripple(ripples: &[Ripple]) -> String {
 
 /// Adds the law that the rest of the reading would follow with a sign that physics forbids, if there is one.
 fn say_other_sign(stages: &Stages, remainder: &mut Remainder) {
-    let is_asked = |found: &&WrenchFinding| found.left().is_structured();
+    let is_asked = |found: &&WrenchFinding| found.remaining_structure().is_structured();
     let other_sign = stages.wrench.as_ref().filter(is_asked).and_then(|found| {
         let accepted = found.found.accepted.clone().unwrap_or_default();
         wrench::other_sign(&found.prepared, &accepted)

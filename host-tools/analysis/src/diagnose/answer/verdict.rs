@@ -3,7 +3,7 @@
 use crate::diagnose::finding::Verdict;
 use crate::diagnose::question::Question;
 use crate::diagnose::stages::Stages;
-use crate::diagnose::wrench::left::Left;
+use crate::diagnose::wrench::left::RemainingStructure;
 use softdock_physics::model::prediction::Prediction;
 use softdock_physics::model::{Channel, Model};
 
@@ -67,14 +67,14 @@ impl Judged {
         stages: &Stages,
         question: &Question<'_>,
         found: Vec<String>,
-        left: &[Left],
+        left: &[RemainingStructure],
         in_sample: bool,
     ) -> Self {
         let disagreeing = match question.of_one_log {
             true => Vec::new(),
             false => disagreeing(stages),
         };
-        let (anything, any_left) = (!found.is_empty(), left.iter().any(Left::any));
+        let (anything, any_left) = (!found.is_empty(), left.iter().any(RemainingStructure::any));
         let stands_still = !anything && !any_left && stands_still(model, stages);
         let asked = question.is_asked();
         let grounds = Grounds {

@@ -240,7 +240,7 @@ pub(crate) fn scatter(cost: &Cost<'_>, log: &LogCost<'_>, terms: &[Term]) -> Pos
         // The variance of a pose is half that of a difference of two.
         let per_second = SQRT_2 / (log.cycle_s() * sigma);
         let bends = residual.windows(3).zip(&predicted[1..]);
-        let known = log.known();
+        let known = log.known_cycles();
         let bends = bends.take(known.end).skip(known.start).step_by(APART);
         values.extend(
             bends.map(|(w, velocity)| ((w[2] - 2.0 * w[1] + w[0]) * scale, velocity * per_second)),
@@ -305,7 +305,10 @@ pub(crate) fn proportion(cost: &Cost<'_>) -> (f64, f64) {
             let predicted = log.simulate(&chain, axis);
             let weight = log.sigma[axis].powi(-2);
             let both = predicted.iter().zip(log.residual(&predicted, axis));
-            for (p, r) in both.take(log.known().end).skip(log.known().start) {
+            for (p, r) in both
+                .take(log.known_cycles().end)
+                .skip(log.known_cycles().start)
+            {
                 xx += weight * p * p;
                 xy += weight * p * r;
             }

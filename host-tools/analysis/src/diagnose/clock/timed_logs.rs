@@ -44,8 +44,8 @@ impl TimedLogs {
     ) -> anyhow::Result<Self> {
         let signals = recordings
             .map(|recording| Signals::new(recording))
-            .whole()?;
-        let logs = signals.map(|signals| Log::of(signals, model)).whole()?;
+            .transpose()?;
+        let logs = signals.map(|signals| Log::of(signals, model)).transpose()?;
         let clock = believed.unwrap_or_else(|| clock_stage(model, &logs, question));
         if logs.all[0].reading == Reading::AtEnd {
             return Ok(Self {
@@ -97,12 +97,12 @@ fn aligned(
 ) -> anyhow::Result<Option<Logs<Log>>> {
     let one = |(signals, durations): (&Signals<'_>, &Vec<f64>)| {
         let cycles = retimed(model, signals, durations)?;
-        Some(Log::of(&signals.with(&cycles), model))
+        Some(Log::of(&signals.with_cycles(&cycles), model))
     };
     let all = signals.all.iter().zip(&durations.all).map(one);
     let all: Option<Vec<anyhow::Result<Log>>> = all.collect();
     let fitted = signals.fitted;
-    all.map(|all| Logs { all, fitted }.whole()).transpose()
+    all.map(|all| Logs { all, fitted }.transpose()).transpose()
 }
 
 /// The model with the errors of the clock as effects.

@@ -4,11 +4,11 @@ use super::for_prediction;
 use super::foresight::off_by;
 use super::late_by_foretelling;
 use super::left_over::left_of_actuator;
-use super::noise_of_motion::{DROWNED, Drowned, Moved};
+use super::noise_of_motion::{DROWNED, Drowned, MovedInertia};
 use super::reversal;
 use crate::diagnose::evidence::{FORETELLS, RISES, RUNS_OFF, STAYS};
 use crate::diagnose::logs::Logs;
-use crate::diagnose::named::{Named, with_effects};
+use crate::diagnose::named::{NamedEffect, with_effects};
 use crate::diagnose::question::Question;
 use crate::diagnose::stages::accepted;
 use crate::diagnose::stages::{Stages, predict_all};
@@ -24,7 +24,7 @@ use std::collections::BTreeMap;
 /// The fall of the error, and what is named.
 pub(crate) struct ErrorReduction {
     /// Named effects with their share in the fall of the squared error on the logs of the fit, the largest share first.
-    pub named: Vec<(Named, f64)>,
+    pub named: Vec<(NamedEffect, f64)>,
     /// The error with none, one, two ... of them.
     pub steps: Vec<Step>,
     /// Effects that are refused, as the error does not fall enough with them.
@@ -67,13 +67,13 @@ impl ErrorReduction {
         question: &Question<'_>,
     ) -> anyhow::Result<(Self, Logs<Prediction>)> {
         let asked = question.is_asked();
-        let Found {
+        let NamedEffects {
             named: found,
             turned,
             late,
             done_without,
-        } = Found::of(model, recordings, stages, question)?;
-        let mut known = Known::new(model, recordings, found, stages, asked);
+        } = NamedEffects::of(model, recordings, stages, question)?;
+        let mut known = SubsetPredictions::new(model, recordings, found, stages, asked);
         let mut everything: Vec<usize> = (0..known.all.len()).collect();
         known.refit(&everything)?;
         let (drowned, undetermined, refused) = match asked {
@@ -98,7 +98,7 @@ impl ErrorReduction {
         let named = named.collect();
         let turned = turned.map(|before| [before, end.test]);
         let refitted = turned.or(known.refitted);
-        let predictions = known.taken(&order)?;
+        let predictions = known.into_predictions(&order)?;
         let reduction = Self {
             named,
             steps,
@@ -116,8 +116,8 @@ impl ErrorReduction {
 }
 
 /// The effects that go into the fall.
-struct Found {
-    named: Vec<Named>,
+struct NamedEffects {
+    named: Vec<NamedEffect>,
     /// Error on unseen data before frictions were given a transition speed or a late effect was added; `None` if neither was.
     turned: Option<f64>,
     /// Id of a late effect, if it was found by its error on unseen data.
@@ -126,7 +126,7 @@ struct Found {
     done_without: Vec<String>,
 }
 
-impl Found {
+impl NamedEffects {
     fn of(
         model: &Model,
         recordings: &Logs<&Recording>,
@@ -150,8 +150,9 @@ impl Found {
             .map(|(_, [before, _])| *before);
         Ok(match late.or(turned) {
             Some((better, _)) => {
-                let is_in =
-                    |all: &[Named], one: &Named| all.iter().any(|o| o.effect.id == one.effect.id);
+                let is_in = |all: &[NamedEffect], one: &NamedEffect| {
+                    all.iter().any(|o| o.effect.id == one.effect.id)
+                };
                 let gone = named.iter().filter(|one| !is_in(&better, one));
                 let late = better.iter().find(|one| !is_in(&named, one));
                 Self {
@@ -165,7 +166,7 @@ impl Found {
         })
     }
 
-    fn as_named(named: Vec<Named>) -> Self {
+    fn as_named(named: Vec<NamedEffect>) -> Self {
         Self {
             named,
             turned: None,
@@ -188,7 +189,7 @@ fn late_effects(
     };
     let knows =
         |known: &EffectModel| LoadEffect::find(model, &known.id).is_some_and(LoadEffect::is_late);
-    if !wrench.late().is_empty() || model.effects.iter().any(knows) {
+    if !wrench.late_ids().is_empty() || model.effects.iter().any(knows) {
         return Vec::new();
     }
     let logs = &wrench.prepared.logs;
@@ -198,7 +199,7 @@ fn late_effects(
         let [parameter] = &effect.parameters[..] else {
             return None;
         };
-        let [_, end] = effect.searched(parameter, wrench.prepared.pace());
+        let [_, end] = effect.search_range(parameter, wrench.prepared.pace());
         Some((effect, end))
     };
     late.filter_map(with_end).collect()
@@ -211,13 +212,13 @@ struct Error {
 }
 
 /// Predictions with subsets of the found effects; each subset is predicted once.
-struct Known<'a> {
+struct SubsetPredictions<'a> {
     model: &'a Model,
     recordings: &'a Logs<&'a Recording>,
     /// The effects with the parameters of the search.
-    found: Vec<Named>,
+    found: Vec<NamedEffect>,
     /// The effects with the parameters that foretell best.
-    all: Vec<Named>,
+    all: Vec<NamedEffect>,
     refitted: Option<[f64; 2]>,
     predictions: BTreeMap<Vec<usize>, Logs<Prediction>>,
     /// Structure is left, so that the likelihood and the error itself may prefer different parameters.
@@ -239,17 +240,17 @@ fn may_be_form(stages: &Stages) -> bool {
     of_a_servo && stages.actuator.as_ref().is_some_and(leaves)
 }
 
-impl<'a> Known<'a> {
+impl<'a> SubsetPredictions<'a> {
     fn new(
         model: &'a Model,
         recordings: &'a Logs<&'a Recording>,
-        found: Vec<Named>,
+        found: Vec<NamedEffect>,
         stages: &Stages,
         asked: bool,
     ) -> Self {
         let wrench = stages.wrench.as_ref();
         let is_at_end =
-            |named: &Named| wrench.is_some_and(|w| named.at_its_end(&w.prepared).is_some());
+            |named: &NamedEffect| wrench.is_some_and(|w| named.at_its_end(&w.prepared).is_some());
         Self {
             model,
             recordings,
@@ -325,7 +326,7 @@ impl<'a> Known<'a> {
         if !self.is_refitted() {
             return Ok(());
         }
-        let named: Vec<Named> = effects.iter().map(|k| self.found[*k].clone()).collect();
+        let named: Vec<NamedEffect> = effects.iter().map(|k| self.found[*k].clone()).collect();
         let better = for_prediction::refit(self.model, self.recordings, &named, self.in_rounds)?;
         let (best, errors) = better.map_or((named, None), |(best, errors)| (best, Some(errors)));
         effects
@@ -346,7 +347,7 @@ impl<'a> Known<'a> {
     ) -> anyhow::Result<Vec<(String, Drowned)>> {
         let mut gone = Vec::new();
         for k in effects.clone() {
-            if Moved::of(self.model, &self.all[k].effect).is_none() {
+            if MovedInertia::of(self.model, &self.all[k].effect).is_none() {
                 continue;
             }
             let others = without(effects, k);
@@ -408,7 +409,7 @@ impl<'a> Known<'a> {
         let mut widened = Vec::new();
         for &k in effects {
             let share = self.share_of_noise(effects, k)?;
-            if let Some(moved) = Moved::of(self.model, &self.all[k].effect) {
+            if let Some(moved) = MovedInertia::of(self.model, &self.all[k].effect) {
                 moved.widen(&mut self.all[k], share);
                 widened.push((self.all[k].effect.id.clone(), share));
             }
@@ -416,9 +417,9 @@ impl<'a> Known<'a> {
         Ok(widened)
     }
 
-    /// See [`Moved::share_of_noise`]; 0 for an effect that is no mass and no inertia.
+    /// See [`MovedInertia::share_of_noise`]; 0 for an effect that is no mass and no inertia.
     fn share_of_noise(&mut self, effects: &[usize], k: usize) -> anyhow::Result<f64> {
-        let Some(moved) = Moved::of(self.model, &self.all[k].effect) else {
+        let Some(moved) = MovedInertia::of(self.model, &self.all[k].effect) else {
             return Ok(0.0);
         };
         let model = with_effects(self.model, effects.iter().map(|k| &self.all[*k]));
@@ -432,7 +433,8 @@ impl<'a> Known<'a> {
         let mut gone = Vec::new();
         let mut kept: Vec<usize> = Vec::new();
         loop {
-            let is_vague = |k: &&usize| !kept.contains(k) && !self.all[**k].is_told(self.model);
+            let is_vague =
+                |k: &&usize| !kept.contains(k) && !self.all[**k].is_significant(self.model);
             let Some(vague) = effects.iter().find(is_vague).copied() else {
                 return Ok(gone);
             };
@@ -550,7 +552,7 @@ impl<'a> Known<'a> {
     }
 
     /// The predictions with these effects.
-    fn taken(mut self, effects: &[usize]) -> anyhow::Result<Logs<Prediction>> {
+    fn into_predictions(mut self, effects: &[usize]) -> anyhow::Result<Logs<Prediction>> {
         let key = sorted(effects);
         match self.predictions.remove(&key) {
             Some(both) => Ok(both),
@@ -576,7 +578,7 @@ fn sorted(effects: &[usize]) -> Vec<usize> {
 }
 
 /// Reorders actuator stages whose shares are of the same size into the order of the signal chain.
-fn in_signal_order(named: &mut [(usize, f64)], all: &[Named]) {
+fn in_signal_order(named: &mut [(usize, f64)], all: &[NamedEffect]) {
     /// Shares within this factor are of the same size.
     const SAME_SIZE: f64 = 3.0;
     let place = |k: usize| Stage::ALL.iter().position(|s| s.id() == all[k].effect.id);

@@ -6,13 +6,13 @@
 
 use super::foresight::Foresight;
 use crate::diagnose::answer::ranking::foretells_alike;
-use crate::diagnose::catalogue::is_shape;
+use crate::diagnose::catalogue::is_general_curve;
 use crate::diagnose::evidence::RISES;
 use crate::diagnose::logs::Logs;
-use crate::diagnose::named::{Named, of_reading, with_effects};
+use crate::diagnose::named::{NamedEffect, of_reading, with_effects};
 use crate::diagnose::stages::accepted;
 use crate::diagnose::stages::{Stages, predict_all};
-use crate::diagnose::wrench::Tested;
+use crate::diagnose::wrench::TestedHypothesis;
 use crate::diagnose::wrench::finding::WrenchFinding;
 use crate::fit::refit_effects;
 use crate::levels::ChannelLevels;
@@ -21,7 +21,7 @@ use softdock_physics::model::prediction::Prediction;
 use softdock_physics::model::{Channel, Model};
 
 /// Effects with other parameters; the error on unseen data before, and with them.
-pub(crate) type Better = (Vec<Named>, [f64; 2]);
+pub(crate) type Better = (Vec<NamedEffect>, [f64; 2]);
 
 /// The effects with the parameters of least squares; `None` if these do not foretell unseen data better. Each interval covers
 /// those of both fits. With `in_rounds` it is that of least squares alone: some effects were held while others were found, so
@@ -29,7 +29,7 @@ pub(crate) type Better = (Vec<Named>, [f64; 2]);
 pub(crate) fn refit(
     model: &Model,
     recordings: &Logs<&Recording>,
-    named: &[Named],
+    named: &[NamedEffect],
     in_rounds: bool,
 ) -> anyhow::Result<Option<Better>> {
     if named.is_empty() {
@@ -57,7 +57,7 @@ pub(crate) fn better_ties(
     if ties.is_empty() {
         return Ok(Vec::new());
     }
-    let fitted = |named: &[Named]| -> anyhow::Result<(Model, Errors)> {
+    let fitted = |named: &[NamedEffect]| -> anyhow::Result<(Model, Errors)> {
         let named = by_least_squares(model, recordings, named, false)?;
         let errors = Errors::of(model, recordings, &named)?;
         Ok((with_effects(model, named.iter()), errors))
@@ -69,7 +69,7 @@ pub(crate) fn better_ties(
     for tie in ties {
         let mut others = named.clone();
         let accepted = stages.wrench.iter().flat_map(|w| &w.found.accepted);
-        let accepted: Vec<String> = accepted.flat_map(Tested::ids).collect();
+        let accepted: Vec<String> = accepted.flat_map(TestedHypothesis::ids).collect();
         others.retain(|one| !accepted.contains(&one.effect.id));
         others.extend(tie.effects.iter().map(of_reading));
         let (after, errors) = fitted(&others)?;
@@ -85,19 +85,20 @@ pub(crate) fn better_ties(
 }
 
 /// Hypotheses that tie with the answer, with another effect in the place of one and no more parameters.
-fn no_larger_ties(wrench: &WrenchFinding) -> Vec<Tested> {
+fn no_larger_ties(wrench: &WrenchFinding) -> Vec<TestedHypothesis> {
     let ranked = &wrench.found.ranked;
     let accepted = wrench.found.accepted.as_ref();
     let answer = accepted.and_then(|accepted| ranked.iter().find(|t| t.is_same(accepted)));
-    let Some(answer) = answer.filter(|_| wrench.can_foretell() && wrench.left().is_structured())
+    let Some(answer) =
+        answer.filter(|_| wrench.can_foretell() && wrench.remaining_structure().is_structured())
     else {
         return Vec::new();
     };
-    let error = |tested: &Tested| wrench.prepared.error_on_unseen(tested);
+    let error = |tested: &TestedHypothesis| wrench.prepared.error_on_unseen(tested);
     let alike = ranked.iter().filter(|t| t.beside == answer.beside);
     let alike = alike.map(|t| t.clone().beside_noise(answer.to_explain));
     let alike = alike.filter(|t| t.wrong.is_empty() && t.parameters <= answer.parameters);
-    let alike = alike.filter(|t| !t.effects.iter().any(|one| is_shape(one.id)));
+    let alike = alike.filter(|t| !t.effects.iter().any(|one| is_general_curve(one.id)));
     alike
         .filter(|t| foretells_alike(answer, t, &error).is_some())
         .collect()
@@ -106,9 +107,9 @@ fn no_larger_ties(wrench: &WrenchFinding) -> Vec<Tested> {
 pub(crate) fn by_least_squares(
     model: &Model,
     recordings: &Logs<&Recording>,
-    named: &[Named],
+    named: &[NamedEffect],
     anew: bool,
-) -> anyhow::Result<Vec<Named>> {
+) -> anyhow::Result<Vec<NamedEffect>> {
     let first = model.effects.len();
     let found = refit_effects(
         &with_effects(model, named.iter()),
@@ -138,7 +139,7 @@ impl Errors {
     pub(crate) fn of(
         model: &Model,
         recordings: &Logs<&Recording>,
-        named: &[Named],
+        named: &[NamedEffect],
     ) -> anyhow::Result<Self> {
         let predictions = predict_all(&with_effects(model, named.iter()), recordings)?;
         Ok(Self::of_predictions(&predictions))

@@ -2,10 +2,10 @@
 
 use super::for_prediction::{Better, Errors, by_least_squares};
 use super::reversal::{best_reversal, each_friction, is_dry};
-use crate::diagnose::catalogue::is_shape;
+use crate::diagnose::catalogue::is_general_curve;
 use crate::diagnose::evidence::{FORETELLS, RISES};
 use crate::diagnose::logs::Logs;
-use crate::diagnose::named::{Named, of_reading};
+use crate::diagnose::named::{NamedEffect, of_reading};
 use crate::diagnose::wrench::finding::WrenchFinding;
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
@@ -20,7 +20,7 @@ use softdock_physics::model::load::effects::LoadEffect;
 pub(crate) fn with_what_is_late(
     model: &Model,
     recordings: &Logs<&Recording>,
-    named: &[Named],
+    named: &[NamedEffect],
     wrench: &WrenchFinding,
     late: &[(&LoadEffect, f64)],
 ) -> anyhow::Result<Option<Better>> {
@@ -29,12 +29,12 @@ pub(crate) fn with_what_is_late(
     }
     let before = Errors::of(model, recordings, named)?;
     let places = (0..named.len()).filter(|k| !is_dry(&named[*k].effect.id));
-    let sets: Vec<(Vec<Named>, f64)> = places
+    let sets: Vec<(Vec<NamedEffect>, f64)> = places
         .map(|gone| (without(named, gone), RISES))
         .chain([(named.to_vec(), FORETELLS)])
         .collect();
     let speed = wrench.prepared.pace().speed;
-    let tried = Tried {
+    let tried = LateTrials {
         model,
         recordings,
         before: &before,
@@ -62,7 +62,7 @@ pub(crate) fn with_what_is_late(
 }
 
 /// What all trials of late effects have in common.
-struct Tried<'a> {
+struct LateTrials<'a> {
     model: &'a Model,
     recordings: &'a Logs<&'a Recording>,
     before: &'a Errors,
@@ -70,25 +70,25 @@ struct Tried<'a> {
     speed: f64,
 }
 
-impl Tried<'_> {
+impl LateTrials<'_> {
     /// Tries a late effect beside others and keeps it in `best` if it leaves less on the logs of the fit than the best so far,
     /// and both errors are smaller than before by `margin`.
     fn beside(
         &self,
-        others: &[Named],
+        others: &[NamedEffect],
         margin: f64,
         effect: &LoadEffect,
         end: f64,
-        best: &mut Option<(Vec<Named>, Errors)>,
+        best: &mut Option<(Vec<NamedEffect>, Errors)>,
     ) -> anyhow::Result<()> {
         /// Start value of least squares, s. Set by hand: for a damper that is late by 28 ms, starts from 5 to 45 ms converge.
         const START_S: f64 = 0.01;
         let [parameter] = effect.parameters[..] else {
             return Ok(());
         };
-        let late = Named::new(effect.id, Vec::new());
+        let late = NamedEffect::new(effect.id, Vec::new());
         let late = late.with(parameter.name, (START_S, 0.0), parameter.unit);
-        let both: Vec<Named> = others.iter().cloned().chain([late]).collect();
+        let both: Vec<NamedEffect> = others.iter().cloned().chain([late]).collect();
         let least = best.as_ref().map_or(f64::INFINITY, |(_, best)| best.of_fit);
         let least = least.min(self.before.of_fit / margin);
         let frictions = each_friction(&both);
@@ -96,7 +96,7 @@ impl Tried<'_> {
             model, recordings, ..
         } = self;
         let with_it = best_reversal(model, recordings, frictions, self.speed, true, least)?;
-        let foretells = |(named, errors): &(Vec<Named>, Errors)| {
+        let foretells = |(named, errors): &(Vec<NamedEffect>, Errors)| {
             let late = named
                 .last()
                 .and_then(|one| one.effect.parameters.get(parameter.name));
@@ -110,13 +110,13 @@ impl Tried<'_> {
 }
 
 /// The likeliest hypothesis with a general curve; `None` if none was tried.
-fn with_a_curve(wrench: &WrenchFinding) -> Option<Vec<Named>> {
-    let likeliest = wrench.likeliest_with(is_shape)?;
+fn with_a_curve(wrench: &WrenchFinding) -> Option<Vec<NamedEffect>> {
+    let likeliest = wrench.likeliest_with(is_general_curve)?;
     let all = wrench.earlier.0.iter().chain(&likeliest.effects);
     Some(all.map(of_reading).collect())
 }
 
-fn without(named: &[Named], gone: usize) -> Vec<Named> {
+fn without(named: &[NamedEffect], gone: usize) -> Vec<NamedEffect> {
     let others = named.iter().enumerate().filter(|(k, _)| *k != gone);
     others.map(|(_, one)| one.clone()).collect()
 }

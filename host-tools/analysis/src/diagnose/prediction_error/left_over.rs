@@ -2,10 +2,10 @@
 
 use crate::diagnose::actuator::ActuatorFinding;
 use crate::diagnose::logs::Logs;
-use crate::diagnose::named::Named;
+use crate::diagnose::named::NamedEffect;
 use crate::diagnose::noise::structure::{Line, Structure};
 use crate::diagnose::stages::Stages;
-use crate::diagnose::wrench::left::{self, Left};
+use crate::diagnose::wrench::left::{self, RemainingStructure};
 use crate::levels::ChannelLevels;
 use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::prediction::Prediction;
@@ -21,15 +21,15 @@ pub(crate) fn left_over(
     model: &Model,
     stages: &Stages,
     after: &Logs<Prediction>,
-    (named, refused): (&[&Named], &[&String]),
-) -> Vec<Left> {
+    (named, refused): (&[&NamedEffect], &[&String]),
+) -> Vec<RemainingStructure> {
     let mut all = Vec::new();
     // A value at the end of its searched range belongs to something else that looks like this effect, above all if it is a delay.
-    let is_at_end = |one: &&&Named| {
+    let is_at_end = |one: &&&NamedEffect| {
         let wrench = stages.wrench.as_ref();
         wrench.is_some_and(|w| one.at_its_end(&w.prepared).is_some())
     };
-    let at_end: Vec<&&Named> = named.iter().filter(is_at_end).collect();
+    let at_end: Vec<&&NamedEffect> = named.iter().filter(is_at_end).collect();
     let is_late = |id: &str| LoadEffect::find(model, id).is_some_and(LoadEffect::is_late);
     let is_later = at_end.iter().any(|one| is_late(&one.effect.id));
     let of_a_machine = !stages.logs.have_spacecraft() && at_end.is_empty();
@@ -76,7 +76,11 @@ pub(crate) fn left_over(
 }
 
 /// What is left of the executed velocity. `explained` is the fall of χ² by effects that the model has already.
-pub(super) fn left_of_actuator(found: &ActuatorFinding, stages: &Stages, explained: f64) -> Left {
+pub(super) fn left_of_actuator(
+    found: &ActuatorFinding,
+    stages: &Stages,
+    explained: f64,
+) -> RemainingStructure {
     let moving = |axis: &Axis| found.white.iter().all(|w| !w[axis.index()].is_empty());
     let axes = Axis::ALL
         .into_iter()
@@ -92,11 +96,11 @@ pub(super) fn left_of_actuator(found: &ActuatorFinding, stages: &Stages, explain
         })
         .collect();
     let (reached, nominal) = (found.search.reached(), found.search.nominal.chi2);
-    Left::of_velocities(axes, reached, explained + nominal, found.count)
+    RemainingStructure::of_velocities(axes, reached, explained + nominal, found.count)
 }
 
 /// What is left on a channel that no stage whitens.
-fn left_of(channel: Channel, stages: &Stages, after: &Logs<Prediction>) -> Left {
+fn left_of(channel: Channel, stages: &Stages, after: &Logs<Prediction>) -> RemainingStructure {
     let judged = after.all[0].judged(channel).iter().copied();
     let axes = judged
         .filter(|a| !(channel == Channel::Pose && a.is_rotation()))
@@ -118,7 +122,7 @@ fn left_of(channel: Channel, stages: &Stages, after: &Logs<Prediction>) -> Left 
     let floor = if channel == Channel::Pose { 1.0 } else { 0.0 };
     let excess = (now - floor).max(0.0);
     let was = excess + (before - now).max(0.0);
-    Left::new(axes, excess / was.max(1e-12))
+    RemainingStructure::new(axes, excess / was.max(1e-12))
 }
 
 /// Structure of one axis of such a channel in one log.

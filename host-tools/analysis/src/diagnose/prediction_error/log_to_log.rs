@@ -6,7 +6,7 @@
 use crate::compare::TOLERATED_NOISE;
 use crate::diagnose::evidence::MOST;
 use crate::diagnose::logs::Logs;
-use crate::diagnose::named::Named;
+use crate::diagnose::named::NamedEffect;
 use softdock_io::recording::Recording;
 use softdock_physics::model::load::effects::{LoadEffect, Sign};
 use softdock_physics::model::prediction::{Prediction, predict};
@@ -33,7 +33,7 @@ pub(crate) fn from_log_to_log(
     model: &Model,
     recordings: &Logs<&Recording>,
     after: &Logs<Prediction>,
-    named: &[&Named],
+    named: &[&NamedEffect],
 ) -> Option<LogToLog> {
     let logs = after.fitted..after.all.len();
     let unseen = Unseen {

@@ -3,7 +3,7 @@
 //! A regression on a noisy quantity finds too small a factor: where a share λ of the squared acceleration is noise, it finds 1 − λ of
 //! what moves (errors in variables; Fuller 1987, Measurement Error Models, section 1.1).
 
-use crate::diagnose::named::Named;
+use crate::diagnose::named::NamedEffect;
 use softdock_io::recording::Recording;
 use softdock_physics::effects::by_id;
 use softdock_physics::model::prediction::Prediction;
@@ -23,7 +23,7 @@ pub(crate) enum Drowned {
 }
 
 /// Mass that moves along a single axis, kg, or moment of inertia about it, kg·m², by a model and an effect that corrects it.
-pub(super) struct Moved {
+pub(super) struct MovedInertia {
     axis: Axis,
     /// The parameter of the effect.
     name: &'static str,
@@ -32,7 +32,7 @@ pub(super) struct Moved {
     whole: f64,
 }
 
-impl Moved {
+impl MovedInertia {
     /// `None` if several axes move, or the effect is no correction of what moves.
     pub(super) fn of(model: &Model, effect: &EffectModel) -> Option<Self> {
         let [axis] = model.rig.active_axes[..] else {
@@ -84,7 +84,7 @@ impl Moved {
     }
 
     /// Widens the interval of the correction so that it holds what moves if the noise has taken its share.
-    pub(super) fn widen(&self, named: &mut Named, share: f64) {
+    pub(super) fn widen(&self, named: &mut NamedEffect, share: f64) {
         let Some(estimate) = named.estimates.get(self.name).cloned() else {
             return;
         };

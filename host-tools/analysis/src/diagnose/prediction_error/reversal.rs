@@ -3,7 +3,7 @@
 use super::for_prediction::{Better, Errors, by_least_squares};
 use crate::diagnose::evidence::{FORETELLS, RISES};
 use crate::diagnose::logs::Logs;
-use crate::diagnose::named::Named;
+use crate::diagnose::named::NamedEffect;
 use softdock_io::recording::Recording;
 use softdock_physics::effects::{Kind, by_id};
 use softdock_physics::model::Model;
@@ -16,7 +16,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 pub(crate) fn with_reversals(
     model: &Model,
     recordings: &Logs<&Recording>,
-    named: &[Named],
+    named: &[NamedEffect],
     speed: f64,
 ) -> anyhow::Result<Option<Better>> {
     let frictions = each_friction(named);
@@ -42,17 +42,17 @@ pub(crate) fn is_dry(id: &str) -> bool {
 pub(crate) fn best_reversal(
     model: &Model,
     recordings: &Logs<&Recording>,
-    frictions: Vec<(usize, Vec<Named>)>,
+    frictions: Vec<(usize, Vec<NamedEffect>)>,
     speed: f64,
     anew: bool,
     mut least: f64,
-) -> anyhow::Result<Option<(Vec<Named>, Errors)>> {
+) -> anyhow::Result<Option<(Vec<NamedEffect>, Errors)>> {
     /// Speeds that are tried, as numbers of halvings of the slowest transition, with which the friction just reaches its level at
     /// the rms speed; from sharp to round. Fewer are tried of many sets.
     const HALVINGS: &[i32] = &[5, 4, 3, 2, 1, 0];
     const FEWER: &[i32] = &[4, 2, 0];
     let slowest = speed / LEVEL;
-    let turning = |named: &[Named], k: usize, speed: f64| {
+    let turning = |named: &[NamedEffect], k: usize, speed: f64| {
         // A transition over higher speeds would make a viscous friction of it.
         if speed > slowest {
             return Ok(None);
@@ -103,11 +103,13 @@ pub(crate) fn best_reversal(
 
 /// The result that leaves least, with intervals that cover those of all as good ones: results that leave as little up to noise,
 /// and results that leave little more but foretell better.
-fn with_all_as_good(mut tried: Vec<(Vec<Named>, Errors)>) -> Option<(Vec<Named>, Errors)> {
+fn with_all_as_good(
+    mut tried: Vec<(Vec<NamedEffect>, Errors)>,
+) -> Option<(Vec<NamedEffect>, Errors)> {
     tried.sort_by(|a, b| a.1.of_fit.total_cmp(&b.1.of_fit));
     let mut tried = tried.into_iter();
     let (mut best, errors) = tried.next()?;
-    let is_as_good = |(_, other): &(Vec<Named>, Errors)| {
+    let is_as_good = |(_, other): &(Vec<NamedEffect>, Errors)| {
         let worse = other.of_fit / errors.of_fit;
         worse < RISES || (worse < FORETELLS && other.unseen < errors.unseen)
     };
@@ -120,19 +122,19 @@ fn with_all_as_good(mut tried: Vec<(Vec<Named>, Errors)>) -> Option<(Vec<Named>,
 
 /// For each dry friction, or detail of one: its place in a set of effects, and the set. If there are other such effects, which
 /// can imitate a rounder reversal together, each dry friction is also taken without them.
-pub(crate) fn each_friction(named: &[Named]) -> Vec<(usize, Vec<Named>)> {
-    let is_detail = |one: &&Named| {
+pub(crate) fn each_friction(named: &[NamedEffect]) -> Vec<(usize, Vec<NamedEffect>)> {
+    let is_detail = |one: &&NamedEffect| {
         let details = by_id(&one.effect.id).map_or(&[][..], |effect| effect.detail_of);
         details.iter().any(|(of, _)| is_dry(of))
     };
-    let of = |friction: &Named| {
+    let of = |friction: &NamedEffect| {
         let id = &friction.effect.id;
-        let is_it = |one: &Named| one.effect.id == *id;
-        let others = |one: &&Named| !is_it(one) && (is_dry(&one.effect.id) || is_detail(one));
+        let is_it = |one: &NamedEffect| one.effect.id == *id;
+        let others = |one: &&NamedEffect| !is_it(one) && (is_dry(&one.effect.id) || is_detail(one));
         let alone = named.iter().filter(|one| !others(one)).cloned();
         let alone = (is_dry(id) && named.iter().any(|one| others(&one))).then(|| alone.collect());
         let sets = alone.into_iter().chain([named.to_vec()]);
-        sets.filter_map(|set: Vec<Named>| Some((set.iter().position(is_it)?, set)))
+        sets.filter_map(|set: Vec<NamedEffect>| Some((set.iter().position(is_it)?, set)))
             .collect::<Vec<_>>()
     };
     let frictions = named.iter();

@@ -3,13 +3,14 @@
 use super::Stages;
 use crate::diagnose::actuator::{Candidate, Search, Term};
 use crate::diagnose::evidence::{NEARLY_AS_GOOD, Support};
-use crate::diagnose::named::{Named, of_reading};
+use crate::diagnose::named::{NamedEffect, of_reading};
+use crate::diagnose::wrench::FittedParameter;
 use softdock_physics::effects::body::{clock_jitter, clock_offset, clock_rate};
 use softdock_physics::model::stage::Stage;
 use softdock_physics::model::{Axis, Model};
 
 /// All accepted effects, in the order of the stages.
-pub(crate) fn all(model: &Model, stages: &Stages) -> Vec<Named> {
+pub(crate) fn all(model: &Model, stages: &Stages) -> Vec<NamedEffect> {
     let mut named = clock(stages);
     named.extend(actuator(stages));
     named.extend(sampling(stages));
@@ -20,9 +21,9 @@ pub(crate) fn all(model: &Model, stages: &Stages) -> Vec<Named> {
         named.extend(all.map(|(fitted, support)| of_reading(fitted).with_support(*support)));
     }
     for fit in &stages.body.accepted {
-        let one = Named::new(fit.id, Vec::new());
-        let mut one = one.with_support(Support::alone(fit.evidence));
-        for (name, (value, sigma, unit)) in &fit.parameters {
+        let one = NamedEffect::new(fit.id, Vec::new());
+        let mut one = one.with_support(Support::without_rival(fit.evidence));
+        for (name, FittedParameter { value, sigma, unit }) in &fit.parameters {
             one = if *sigma > 0.0 {
                 one.with(name, (*value, *sigma), unit)
             } else {
@@ -38,7 +39,7 @@ pub(crate) fn all(model: &Model, stages: &Stages) -> Vec<Named> {
 }
 
 /// For a tool without nominal mass the fit gives mass times centre of mass: divides by the fitted mass.
-fn divide_by_mass(named: &mut [Named]) {
+fn divide_by_mass(named: &mut [NamedEffect]) {
     let mass = named.iter().find(|n| n.effect.id == "tool_mass_error");
     let Some(mass_kg) = mass
         .and_then(|m| m.effect.parameters.get("mass_error_kg"))
@@ -66,10 +67,10 @@ fn divide_by_mass(named: &mut [Named]) {
     }
 }
 
-fn clock(stages: &Stages) -> Vec<Named> {
+fn clock(stages: &Stages) -> Vec<NamedEffect> {
     let clock = &stages.clock;
     let one = |id: &str, name: &str, value: (f64, f64), unit: &str| {
-        Named::new(id, Vec::new()).with(name, value, unit)
+        NamedEffect::new(id, Vec::new()).with(name, value, unit)
     };
     let jitter = clock.jitter.map(|jitter| {
         let of_intervals = f64::from(u8::from(jitter.scatter.of_intervals));
@@ -90,7 +91,7 @@ fn clock(stages: &Stages) -> Vec<Named> {
     }
 }
 
-fn actuator(stages: &Stages) -> Vec<Named> {
+fn actuator(stages: &Stages) -> Vec<NamedEffect> {
     let Some(found) = &stages.actuator else {
         return Vec::new();
     };
@@ -98,17 +99,17 @@ fn actuator(stages: &Stages) -> Vec<Named> {
         return Vec::new();
     };
     let active = active.each_ref().map(|series| !series.is_empty());
-    let mut named: Vec<Named> = Vec::new();
+    let mut named: Vec<NamedEffect> = Vec::new();
     for (term, intervals) in accepted.terms.iter().zip(&found.intervals) {
         let id = term.stage.id();
-        let same = |one: &Named| one.effect.id == id;
+        let same = |one: &NamedEffect| one.effect.id == id;
         let one = match named.iter().position(same) {
             // A limit for translations and one for rotations are the same effect.
             Some(at) => named.remove(at),
             None => {
                 let of_id = found.search.support.iter().find(|(other, _)| *other == id);
-                let support = of_id.map_or(Support::alone(f64::INFINITY), |(_, s)| *s);
-                Named::new(id, axes_of(term, &active)).with_support(support)
+                let support = of_id.map_or(Support::without_rival(f64::INFINITY), |(_, s)| *s);
+                NamedEffect::new(id, axes_of(term, &active)).with_support(support)
             }
         };
         named.push(one.with_term(term, intervals));
@@ -131,7 +132,7 @@ fn actuator(stages: &Stages) -> Vec<Named> {
 
 /// Widens the interval of a parameter of a pair so that it covers the estimates of all hypotheses that explain nearly as much:
 /// its value depends on which other stage is assumed.
-fn widen(one: &mut Named, search: &Search) {
+fn widen(one: &mut NamedEffect, search: &Search) {
     let gain = |c: &Candidate| search.nominal.chi2 - c.chi2;
     let enough = NEARLY_AS_GOOD * search.accepted.as_ref().map_or(f64::INFINITY, gain);
     for rival in search.singles.iter().filter(|c| gain(c) > enough) {
@@ -158,7 +159,7 @@ fn axes_of(term: &Term, active: &[bool; 6]) -> Vec<Axis> {
     own.collect()
 }
 
-fn sampling(stages: &Stages) -> Vec<Named> {
+fn sampling(stages: &Stages) -> Vec<NamedEffect> {
     let logs = &stages.sampling.all;
     let mut named = Vec::new();
     let Some(first) = logs.first() else {
@@ -167,7 +168,7 @@ fn sampling(stages: &Stages) -> Vec<Named> {
     if logs.iter().all(|log| log.is_rounded()) {
         // The step is known to the digits of the log.
         let [force, torque] = first.lsb;
-        let mut one = Named::new("ft_quantisation", Vec::new());
+        let mut one = NamedEffect::new("ft_quantisation", Vec::new());
         if force > 0.0 {
             one = one.with("lsb_force_n", (force, 1e-4 * force), "N");
         }
@@ -188,7 +189,11 @@ fn sampling(stages: &Stages) -> Vec<Named> {
         }
         let count = f64::max(count, 1.0);
         let (share, sigma) = (held / count, variance.sqrt() / count);
-        named.push(Named::new("ft_dropout", Vec::new()).with("held_share", (share, sigma), "-"));
+        named.push(NamedEffect::new("ft_dropout", Vec::new()).with(
+            "held_share",
+            (share, sigma),
+            "-",
+        ));
     }
     named
 }

@@ -13,6 +13,7 @@ use super::clock::ClockFinding;
 use super::finding::NoiseFloor;
 use super::logs::Logs;
 use super::question::Question;
+use super::wrench::NominalEstimate;
 use super::wrench::finding::WrenchFinding;
 use super::wrench::sampling::Sampling;
 use crate::compare::Phase;
@@ -42,9 +43,8 @@ pub(crate) struct Stages {
     pub body: BodySearch,
     /// Noise floors on the first log of the fit.
     pub noise: Vec<NoiseFloor>,
-    /// Nominal parameters beside the effects on the reading: name, value, standard deviation, and by how many tolerances it is
-    /// off.
-    pub nominal: Vec<(String, f64, f64, f64)>,
+    /// Nominal parameters beside the effects on the reading.
+    pub nominal: Vec<NominalEstimate>,
     /// Phases of the log that is drawn.
     pub phases: Vec<Phase>,
 }
@@ -84,7 +84,7 @@ pub(crate) fn predict_all(
 ) -> anyhow::Result<Logs<Prediction>> {
     recordings
         .map_at_once(|recording| predict(model, recording))
-        .whole()
+        .transpose()
 }
 
 fn body_stage(

@@ -11,7 +11,7 @@ use crate::diagnose::wrench::felt_motion::{Motion, wrench_stage};
 use crate::diagnose::wrench::finding::WrenchFinding;
 use crate::diagnose::wrench::rounds::wrench_rounds;
 use crate::diagnose::wrench::sampling::Sampling;
-use crate::diagnose::wrench::sheet_sigma;
+use crate::diagnose::wrench::{NominalEstimate, sheet_sigma};
 use softdock_physics::model::{Axis, Channel, Model};
 use std::sync::Arc;
 
@@ -33,9 +33,8 @@ pub(crate) struct StageResults {
     pub wrench: Option<WrenchFinding>,
     /// Noise floors on the first log.
     pub noise: Vec<NoiseFloor>,
-    /// Nominal parameters beside the effects on the reading: name, value, standard deviation, and by how many tolerances it is
-    /// off.
-    pub nominal: Vec<(String, f64, f64, f64)>,
+    /// Nominal parameters beside the effects on the reading.
+    pub nominal: Vec<NominalEstimate>,
 }
 
 /// Reports a search. As the number of searches is not known, the share that is done approaches 0.9 more and more slowly.

@@ -8,7 +8,7 @@
 
 use super::finding::{Imitated, WrenchFinding};
 use super::remainder;
-use super::{Joint, Smooth, Tested, smooth, standings, worths};
+use super::{Joint, Smooth, TestedHypothesis, smooth, standings, worths};
 use crate::diagnose::catalogue::simplest;
 use crate::diagnose::evidence::{NAMED, RISES};
 use crate::diagnose::question::Question;
@@ -57,7 +57,7 @@ impl Asking<'_> {
 }
 
 /// What a search beside a smooth remainder finds.
-pub(crate) struct Anew {
+pub(crate) struct RepeatedSearch {
     pub finding: WrenchFinding,
     /// The logs as prepared with no effect accepted: the common baseline on which answers are compared.
     pub nothing: Joint,
@@ -67,13 +67,13 @@ pub(crate) struct Anew {
 
 /// Repeats the search beside a smooth remainder: first that of `first`, then that of each new answer, until an answer repeats or
 /// [`ROUNDS`] is reached. `None` if no structure is left, or a search finds nothing to work on.
-pub(crate) fn anew(first: &WrenchFinding, asking: &mut Asking<'_>) -> Option<Anew> {
+pub(crate) fn anew(first: &WrenchFinding, asking: &mut Asking<'_>) -> Option<RepeatedSearch> {
     let axes = first.structured_axes();
     if axes.is_empty() {
         return None;
     }
     let nothing = asking.among(&[])?.prepared;
-    let mut now = first.whole();
+    let mut now = first.whole_hypothesis();
     let mut seen = vec![now.effects_in_order()];
     let mut finding = None;
     for _ in 0..ROUNDS {
@@ -82,7 +82,7 @@ pub(crate) fn anew(first: &WrenchFinding, asking: &mut Asking<'_>) -> Option<Ane
             beside: Some(&smooth),
             ..*asking.question
         })?;
-        let next = found.whole();
+        let next = found.whole_hypothesis();
         finding = Some(found);
         // The same answer would leave the same remainder, and the searches would cycle.
         if seen.contains(&next.effects_in_order()) {
@@ -91,7 +91,7 @@ pub(crate) fn anew(first: &WrenchFinding, asking: &mut Asking<'_>) -> Option<Ane
         seen.push(next.effects_in_order());
         now = next;
     }
-    Some(Anew {
+    Some(RepeatedSearch {
         finding: finding?,
         nothing,
         axes,
@@ -106,7 +106,7 @@ pub(crate) fn better(
     nothing: &Joint,
     axes: &[Axis],
 ) -> WrenchFinding {
-    let both = [&first, &anew].map(WrenchFinding::whole);
+    let both = [&first, &anew].map(WrenchFinding::whole_hypothesis);
     let [error, of_anew] = both.each_ref().map(|of| nothing.error_on_unseen(of));
     // Where both name the same effects only their form differs, and the error decides between forms.
     let same = both[0].is_same(&both[1]);
@@ -128,16 +128,16 @@ pub(crate) fn beside_curves(first: WrenchFinding, asking: &mut Asking<'_>) -> Wr
     let beside_others =
         !finding.found.before_late.is_empty() || finding.has_dry_friction(asking.model);
     let late = match beside_others {
-        true => finding.late(),
+        true => finding.late_ids(),
         false => Vec::new(),
     };
-    let asks = !late.is_empty() || finding.left().is_structured();
-    if !asks || asking.question.tries_shapes() {
+    let asks = !late.is_empty() || finding.remaining_structure().is_structured();
+    if !asks || asking.question.tries_general_curves() {
         return finding;
     }
     let beside = finding.beside.clone();
     let curves = asking.ask(&Question {
-        shapes: true,
+        general_curves: true,
         without: &late,
         beside: beside.as_ref(),
         ..*asking.question
@@ -170,15 +170,15 @@ pub(crate) fn beside_curves(first: WrenchFinding, asking: &mut Asking<'_>) -> Wr
 /// Whether logs that disagree about delays alone agree on one general curve, with the same amounts in all logs, that leaves less
 /// than the delays do. A friction that builds up over a distance looks like a delay that is longer the slower the axis moves.
 pub(crate) fn agree_on_a_curve(finding: &WrenchFinding, asking: &mut Asking<'_>) -> bool {
-    let delays: Vec<String> = finding.late();
+    let delays: Vec<String> = finding.late_ids();
     let about: Vec<String> = finding.disagreeing_ids();
     let is_late = |id: &String| LoadEffect::find(asking.model, id).is_some_and(LoadEffect::is_late);
-    if asking.question.tries_shapes() || !about.iter().all(is_late) {
+    if asking.question.tries_general_curves() || !about.iter().all(is_late) {
         return false;
     }
     let without: Vec<String> = delays.into_iter().chain(about).collect();
     let curves = asking.ask(&Question {
-        shapes: true,
+        general_curves: true,
         without: &without,
         ..*asking.question
     });
@@ -228,7 +228,7 @@ pub(crate) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) ->
     unrefuted.iter().for_each(|other| finding.hold(other));
     finding.foretell(&foretelling);
     if finding.found.accepted.is_none() && finding.prepared.known > 0.0 {
-        finding.stand_alone();
+        finding.record_remainder_of_model();
     }
     if !imitated.is_empty() {
         finding.beside_remainder.get_or_insert_default().imitated = imitated;
@@ -258,7 +258,7 @@ fn second_chance(
     foretelling: &mut BTreeMap<String, f64>,
     imitated: &mut Vec<Imitated>,
     asking: &mut Asking<'_>,
-) -> Vec<Tested> {
+) -> Vec<TestedHypothesis> {
     let mut unrefuted = Vec::new();
     for Imitated { id, evidence, .. } in imitated.clone() {
         let mut ids = finding.ids();
@@ -268,7 +268,7 @@ fn second_chance(
         };
         if !more.ids().contains(&id) {
             // The same effects are found again, but this search has found better shapes or forms of them.
-            let same = more.whole().is_same(&finding.whole());
+            let same = more.whole_hypothesis().is_same(&finding.whole_hypothesis());
             if same && more.error_on_unseen() * RISES < finding.error_on_unseen() {
                 *finding = more;
             }
@@ -282,7 +282,7 @@ fn second_chance(
             (*finding, *foretelling) = (more, with_it);
             imitated.retain(|other| other.id != id);
         } else if evidence > 0.0 {
-            unrefuted.push(more.whole());
+            unrefuted.push(more.whole_hypothesis());
         }
     }
     unrefuted
@@ -354,7 +354,7 @@ fn weakest(
     if fails.is_none() {
         let (earlier, _) = &finding.earlier;
         let remainder = remainder(&finding.prepared, earlier, accepted, &axes);
-        finding.stand(&each, remainder, foretelling);
+        finding.record_standings(&each, remainder, foretelling);
     }
     fails
 }

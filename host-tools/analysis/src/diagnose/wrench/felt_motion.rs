@@ -3,9 +3,9 @@
 use super::finding::WrenchFinding;
 use super::sampling::Sampling;
 use super::search;
-use super::{Ask, Found, Joint, Memo, PreparedLog, exchanged, scene};
+use super::{Ask, Joint, Memo, PreparedLog, SearchResult, exchanged, scene};
 use crate::diagnose::actuator::{self, ActuatorFinding, Cost, Term};
-use crate::diagnose::catalogue::is_shape;
+use crate::diagnose::catalogue::is_general_curve;
 use crate::diagnose::evidence::NAMED;
 use crate::diagnose::logs::Logs;
 use crate::diagnose::noise::structure::LEVEL;
@@ -34,7 +34,7 @@ impl Motion<'_> {
     /// The logs with the load on their sensor. The motion is the simulated one if its misfit is below [`TRUSTED`], and the
     /// measured one from [`LEVEL`] on. Between the two it is the one whose load leaves less noise in the reading: the error of a
     /// motion, differentiated and multiplied by the mass of the tool, appears there as noise.
-    fn felt(&self, model: &Model, sampling: &mut Logs<Sampling>) -> Vec<PreparedLog> {
+    fn prepared_logs(&self, model: &Model, sampling: &mut Logs<Sampling>) -> Vec<PreparedLog> {
         let terms: &[Term] = self.actuator.map_or(&[], |a| a.search.terms());
         let mut with = |simulated: bool| -> Vec<PreparedLog> {
             let each = self.logs.all.par_iter().zip(&self.intervals.all);
@@ -90,9 +90,13 @@ pub(crate) fn wrench_stage(
     if !tells || !logs.all.iter().all(measured) {
         return None;
     }
-    let mut prepared = Joint::new(motion.felt(model, sampling), logs.fitted, &motion.memo);
+    let mut prepared = Joint::new(
+        motion.prepared_logs(model, sampling),
+        logs.fitted,
+        &motion.memo,
+    );
     if let Some(smooth) = question.beside {
-        prepared.stand_beside(smooth);
+        prepared.add_remainder(smooth);
     }
     let placed = question.is_asked() || !logs.have_own_origins();
     let turns = model.bearing().is_some();
@@ -100,7 +104,7 @@ pub(crate) fn wrench_stage(
     let acts_anywhere = |id: &str| placed || !by_position(id);
     let excluded = |id: &str| {
         let is_tried = question.tries(model, id) && acts_anywhere(id);
-        !is_tried || (is_shape(id) && !question.tries_shapes())
+        !is_tried || (is_general_curve(id) && !question.tries_general_curves())
     };
     let is_whole = question.among.is_none() && question.only.is_none();
     let tell_amounts = prepared.logs.iter().all(|log| log.scene.tells_amounts());
@@ -111,14 +115,14 @@ pub(crate) fn wrench_stage(
         watch: question.watch,
     };
     let mut found = match question.in_place_of {
-        Some(answer) => Found {
+        Some(answer) => SearchResult {
             ranked: exchanged(&prepared, answer, &ask),
-            ..Found::default()
+            ..SearchResult::default()
         },
         None => search(&mut prepared, &ask),
     };
     if let Some(smooth) = question.beside {
-        prepared.stand_alone(smooth);
+        prepared.remove_remainder(smooth);
         found.accepted = found.accepted.map(|accepted| prepared.valued(accepted));
     }
     Some(WrenchFinding {

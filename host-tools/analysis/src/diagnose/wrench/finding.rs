@@ -1,9 +1,12 @@
 //! The result of the search on the reading, over all rounds, and the questions that can be asked of it.
 
-use super::left::{self, Left};
+use super::left::{self, RemainingStructure};
 use super::remainder;
-use super::{Fitted, Found, Joint, PreparedLog, Remainder, Smooth, Standing, Tested, smooth};
-use crate::diagnose::catalogue::{is_shape, simplest};
+use super::{
+    Fitted, Joint, NominalEstimate, PreparedLog, Remainder, SearchResult, Smooth, Standing,
+    TestedHypothesis, smooth,
+};
+use crate::diagnose::catalogue::{is_general_curve, simplest};
 use crate::diagnose::evidence::{FORETELLS, Support, UNLIKELY};
 use softdock_physics::effects::{Kind, by_id};
 use softdock_physics::model::load::effects::LoadEffect;
@@ -14,7 +17,7 @@ use std::sync::Arc;
 /// The unmodelled wrench.
 pub(crate) struct WrenchFinding {
     /// Result of the last search.
-    pub found: Found,
+    pub found: SearchResult,
     /// All logs, ready for further questions.
     pub prepared: Joint,
     /// Effects that earlier rounds accepted, and the support of each.
@@ -49,37 +52,37 @@ impl WrenchFinding {
     /// Ids of all effects, the earlier ones first.
     pub(crate) fn ids(&self) -> Vec<String> {
         let earlier = self.earlier.0.iter().map(|e| e.id.to_owned());
-        let accepted = self.found.accepted.iter().flat_map(Tested::ids);
+        let accepted = self.found.accepted.iter().flat_map(TestedHypothesis::ids);
         earlier.chain(accepted).collect()
     }
 
     /// One hypothesis of all effects, of this and of earlier rounds.
-    pub(crate) fn whole(&self) -> Tested {
+    pub(crate) fn whole_hypothesis(&self) -> TestedHypothesis {
         let accepted = self.found.accepted.iter().flat_map(|t| &t.effects);
         let effects: Vec<Fitted> = self.earlier.0.iter().chain(accepted).cloned().collect();
         let parameters = effects.iter().flat_map(|e| e.parameters.values());
-        Tested {
-            parameters: parameters.filter(|(_, sigma, _)| *sigma > 0.0).count(),
+        TestedHypothesis {
+            parameters: parameters.filter(|p| p.sigma > 0.0).count(),
             effects,
-            ..Tested::default()
+            ..TestedHypothesis::default()
         }
     }
 
     /// The likeliest hypothesis that was tried and has an effect of which `is_it` is true.
-    pub(crate) fn likeliest_with(&self, is_it: impl Fn(&str) -> bool) -> Option<&Tested> {
-        let has_it = |tested: &&Tested| tested.effects.iter().any(|one| is_it(one.id));
+    pub(crate) fn likeliest_with(&self, is_it: impl Fn(&str) -> bool) -> Option<&TestedHypothesis> {
+        let has_it = |tested: &&TestedHypothesis| tested.effects.iter().any(|one| is_it(one.id));
         let with_it = self.found.ranked.iter().filter(has_it);
         with_it.max_by(|a, b| a.evidence.total_cmp(&b.evidence))
     }
 
     /// What the accepted effects leave.
-    pub(crate) fn left(&self) -> Left {
+    pub(crate) fn remaining_structure(&self) -> RemainingStructure {
         left::of_wrench(&self.prepared, self.found.accepted.as_ref(), &[])
     }
 
     /// Axes on which structure is left.
     pub(crate) fn structured_axes(&self) -> Vec<Axis> {
-        let left = self.left();
+        let left = self.remaining_structure();
         left.structured().map(|(_, axis, _)| *axis).collect()
     }
 
@@ -88,7 +91,7 @@ impl WrenchFinding {
     fn score(&self) -> f64 {
         let accepted = self.found.accepted.as_ref();
         let (evidence, gain) = accepted.map_or((0.0, 0.0), |t| (t.evidence, t.gain));
-        evidence - gain - self.prepared.left(gain)
+        evidence - gain - self.prepared.remaining_chi2(gain)
     }
 
     /// What the accepted effects may owe to errors of a law's form, plus the evidence needed to be named.
@@ -99,7 +102,11 @@ impl WrenchFinding {
 
     /// The answer of a search that may use general curves, if it has such a curve and its score is better by [`Self::form`]. With
     /// `in_place_of_late` it is enough that it is not worse by as much.
-    pub(crate) fn better_curve(&self, other: &Self, in_place_of_late: bool) -> Option<Tested> {
+    pub(crate) fn better_curve(
+        &self,
+        other: &Self,
+        in_place_of_late: bool,
+    ) -> Option<TestedHypothesis> {
         let form = if in_place_of_late {
             -self.form()
         } else {
@@ -107,7 +114,7 @@ impl WrenchFinding {
         };
         let curve = other.found.accepted.clone()?;
         let is_better = other.score() > self.score() + form;
-        let is_curve = curve.effects.iter().any(|e| is_shape(e.id));
+        let is_curve = curve.effects.iter().any(|e| is_general_curve(e.id));
         (is_better && is_curve).then(|| curve.beside_noise(self.chi2_as_tried()))
     }
 
@@ -119,20 +126,19 @@ impl WrenchFinding {
         as_tried.map_or(self.prepared.problem.chi2, |t| t.to_explain)
     }
 
-    /// Nominal parameters beside the accepted effects: name, value, standard deviation, and by how many tolerances it is off.
-    /// Where structure is left, they are estimated beside a smooth remainder: the price of white noise would claim more certainty
+    /// Nominal parameters beside the accepted effects. Where structure is left, they are estimated beside a smooth remainder: the price of white noise would claim more certainty
     /// than the logs give, as it does for effects.
-    pub(crate) fn nominal(&mut self) -> Vec<(String, f64, f64, f64)> {
+    pub(crate) fn nominal(&mut self) -> Vec<NominalEstimate> {
         let axes = self.structured_axes();
         let accepted = self.found.accepted.as_ref();
         if axes.is_empty() {
             return self.prepared.nominal(&self.earlier.0, accepted);
         }
-        let nothing = Tested::default();
+        let nothing = TestedHypothesis::default();
         let smooth = smooth(&self.prepared, accepted.unwrap_or(&nothing), &axes);
-        self.prepared.stand_beside(&smooth);
+        self.prepared.add_remainder(&smooth);
         let nominal = self.prepared.nominal(&self.earlier.0, accepted);
-        self.prepared.stand_alone(&smooth);
+        self.prepared.remove_remainder(&smooth);
         nominal
     }
 
@@ -160,7 +166,7 @@ impl WrenchFinding {
             let own = own.reduce(f64::max).unwrap_or(accepted.evidence);
             let support = ids.iter().zip(&mut self.found.support);
             for (id, support) in support {
-                let others = |t: &&Tested| {
+                let others = |t: &&TestedHypothesis| {
                     let kept = t.ids().iter().filter(|other| ids.contains(other)).count();
                     let lacks_it = t.effects.iter().all(|effect| effect.id != id);
                     let one_exchanged = t.effects.len() == ids.len() && kept + 1 == ids.len();
@@ -210,7 +216,7 @@ impl WrenchFinding {
     }
 
     /// Widens the intervals of the accepted effects so that they include the values of another answer.
-    pub(crate) fn hold(&mut self, other: &Tested) {
+    pub(crate) fn hold(&mut self, other: &TestedHypothesis) {
         let accepted = self.found.accepted.iter_mut().flat_map(|t| &mut t.effects);
         for effect in accepted.chain(&mut self.earlier.0) {
             let same = other.effects.iter().find(|other| other.id == effect.id);
@@ -241,17 +247,18 @@ impl WrenchFinding {
     }
 
     /// Effects whose intervals exclude that they are absent.
-    pub(crate) fn told(&self) -> Vec<String> {
+    pub(crate) fn significant_ids(&self) -> Vec<String> {
         let model = self.prepared.logs.first().map(|log| &log.scene.model);
         let accepted = self.found.accepted.iter().flat_map(|t| &t.effects);
         let all = self.earlier.0.iter().chain(accepted);
-        let told = all.filter(|effect| model.is_some_and(|model| effect.is_told(model)));
-        told.map(|effect| effect.id.to_owned()).collect()
+        let significant =
+            all.filter(|effect| model.is_some_and(|model| effect.is_significant(model)));
+        significant.map(|effect| effect.id.to_owned()).collect()
     }
 
     /// Accepted effects that move the reading in time.
-    pub(crate) fn late(&self) -> Vec<String> {
-        self.those(LoadEffect::is_late)
+    pub(crate) fn late_ids(&self) -> Vec<String> {
+        self.accepted_ids_that(LoadEffect::is_late)
     }
 
     /// Effects about which the logs disagree.
@@ -261,11 +268,11 @@ impl WrenchFinding {
     }
 
     /// Accepted effects that follow the time and nothing else.
-    pub(crate) fn drifts(&self) -> Vec<String> {
-        self.those(LoadEffect::is_a_drift)
+    pub(crate) fn drift_ids(&self) -> Vec<String> {
+        self.accepted_ids_that(LoadEffect::is_a_drift)
     }
 
-    fn those(&self, is: impl Fn(&LoadEffect) -> bool) -> Vec<String> {
+    fn accepted_ids_that(&self, is: impl Fn(&LoadEffect) -> bool) -> Vec<String> {
         let model = self.prepared.logs.first().map(|log| &log.scene.model);
         let is_one = |id: &String| {
             let effect = model.and_then(|model| LoadEffect::find(model, id));
@@ -285,7 +292,7 @@ impl WrenchFinding {
     /// out for its sake.
     pub(crate) fn ids_without(&self, gone: &[String]) -> Vec<String> {
         let mut ids = self.ids();
-        if self.late().iter().any(|late| gone.contains(late)) {
+        if self.late_ids().iter().any(|late| gone.contains(late)) {
             let before = self.found.before_late.iter();
             let more: Vec<String> = before.filter(|id| !ids.contains(id)).cloned().collect();
             ids.extend(more);
@@ -295,18 +302,18 @@ impl WrenchFinding {
     }
 
     /// Records the remainder that stands beside the effects of the model alone, where structure is left.
-    pub(crate) fn stand_alone(&mut self) {
+    pub(crate) fn record_remainder_of_model(&mut self) {
         let axes = self.structured_axes();
         if !axes.is_empty() {
-            let nothing = Tested::default();
+            let nothing = TestedHypothesis::default();
             let remainder = remainder(&self.prepared, &[], &nothing, &axes);
-            self.stand(&[], remainder, &BTreeMap::new());
+            self.record_standings(&[], remainder, &BTreeMap::new());
         }
     }
 
     /// Sets evidence and intervals to those that each effect, earlier ones first, has beside the remainder. Evidence against
     /// rivals at the price of white noise is dropped, as it says nothing there. An effect in `foretelling` keeps its own.
-    pub(crate) fn stand(
+    pub(crate) fn record_standings(
         &mut self,
         each: &[Standing],
         remainder: Remainder,
@@ -326,9 +333,9 @@ impl WrenchFinding {
             }
             *support = match self.beside {
                 Some(_) => support.at_most(standing.evidence),
-                None => Support::alone(standing.evidence),
+                None => Support::without_rival(standing.evidence),
             };
-            effect.stand(standing.amount);
+            effect.record_amount_ratio(standing.amount);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::regression::joint::{Joint, Rest};
 use super::regression::prepared_log::{PreparedLog, sheet_sigma};
-use super::regression::tested::Tested;
+use super::regression::tested::TestedHypothesis;
 use super::remainder::Remainder;
 use crate::diagnose::noise::rounding::Rounded;
 use crate::diagnose::noise::structure::Structure;
@@ -29,7 +29,7 @@ const DESCRIBED: f64 = 0.1;
 
 /// What is left of a channel after effects.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Left {
+pub(crate) struct RemainingStructure {
     /// Axes, with what the tests find on each log.
     pub axes: Vec<(Channel, Axis, Vec<Structure>)>,
     /// Excess of χ² over the noise that is left, as a share of the excess that there was; 0 to 1.
@@ -41,7 +41,7 @@ pub(crate) struct Left {
     pub allowed: f64,
 }
 
-impl Left {
+impl RemainingStructure {
     pub(crate) fn new(axes: Vec<(Channel, Axis, Vec<Structure>)>, share: f64) -> Self {
         Self {
             axes,
@@ -114,13 +114,17 @@ impl Left {
 }
 
 /// What effects, and a smooth remainder of each log if there is one, leave of the wrench.
-pub(crate) fn of_wrench(joint: &Joint, tested: Option<&Tested>, smooth: &[Column]) -> Left {
+pub(crate) fn of_wrench(
+    joint: &Joint,
+    tested: Option<&TestedHypothesis>,
+    smooth: &[Column],
+) -> RemainingStructure {
     let gain = tested.map_or(0.0, |t| t.gain);
     of_rests(joint, &joint.rests(tested, smooth), gain, Constant::Common)
 }
 
 /// The same with effects whose amounts are fitted to each log on its own; `gain` is the fall of χ² by all of them together.
-pub(crate) fn of_wrench_apart(joint: &Joint, own: &[Column], gain: f64) -> Left {
+pub(crate) fn of_wrench_apart(joint: &Joint, own: &[Column], gain: f64) -> RemainingStructure {
     of_rests(joint, &joint.rests(None, own), gain, Constant::Own)
 }
 
@@ -133,7 +137,7 @@ enum Constant {
     Own,
 }
 
-fn of_rests(joint: &Joint, rests: &[Rest], gain: f64, constant: Constant) -> Left {
+fn of_rests(joint: &Joint, rests: &[Rest], gain: f64, constant: Constant) -> RemainingStructure {
     let each = joint.logs.iter().zip(rests);
     let of_logs: Vec<(Vec<Structure>, Excess)> =
         each.map(|(log, rest)| of_log(joint, log, rest)).collect();
@@ -147,7 +151,7 @@ fn of_rests(joint: &Joint, rests: &[Rest], gain: f64, constant: Constant) -> Lef
     let sum = |of: &dyn Fn(&Excess) -> f64| of_logs.iter().map(|(_, e)| of(e)).sum::<f64>();
     let plain = share(sum(&|e| e.plain), removed(joint, rests, constant));
     let white = share(sum(&|e| e.white), joint.explained_beyond_zeros(gain));
-    Left {
+    RemainingStructure {
         axes,
         share: if joint.has_remainder {
             plain
@@ -192,7 +196,7 @@ fn removed(joint: &Joint, rests: &[Rest], constant: Constant) -> f64 {
         }
     };
     let nominal = |log: &PreparedLog| {
-        let mut nominal = log.scene.known();
+        let mut nominal = log.scene.change_by_known_effects();
         nominal.add(&log.residual.0);
         nominal
     };
@@ -301,17 +305,19 @@ mod tests {
     /// not differ.
     #[test]
     fn beside_a_remainder_the_plain_share_decides() {
-        let left = Left {
+        let left = RemainingStructure {
             share: 0.27,
             plain: 0.16,
-            ..Left::default()
+            ..RemainingStructure::default()
         };
         let remainder = Remainder::default();
-        let described = left.clone().beside(&remainder, &Left::default());
+        let described = left
+            .clone()
+            .beside(&remainder, &RemainingStructure::default());
         assert_eq!((described.share, described.allowed), (0.16, NAMELESS));
-        let much = Left {
+        let much = RemainingStructure {
             share: 0.2,
-            ..Left::default()
+            ..RemainingStructure::default()
         };
         let undescribed = left.clone().beside(&remainder, &much);
         assert_eq!((undescribed.share, undescribed.allowed), (0.27, MODELLED));

@@ -3,8 +3,8 @@
 
 use super::beside::{self, Asking};
 use super::finding::WrenchFinding;
-use super::regression::tested::Tested;
-use crate::diagnose::catalogue::is_shape;
+use super::regression::tested::TestedHypothesis;
+use crate::diagnose::catalogue::is_general_curve;
 use crate::diagnose::evidence::FORETELLS;
 use crate::diagnose::named::model_of;
 use crate::diagnose::question::Question;
@@ -42,7 +42,7 @@ pub(crate) fn wrench_rounds(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
         question: asking.question,
         search: &mut *asking.search,
     })?;
-    let mut all = fresh.told();
+    let mut all = fresh.significant_ids();
     let finds = |id: &String| all.contains(id);
     let finds_the_same = new.iter().all(finds) && agrees(&finding);
     let finds_added = added.iter().all(|effect| finds(&effect.id)) && agrees(&fresh);
@@ -77,7 +77,7 @@ fn rounds(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
 /// were accepted that the answer has lost since, so what they explain is not comparable with the final answer.
 fn beside_rivals(finding: &mut WrenchFinding, asking: &mut Asking<'_>) {
     let beside = finding.beside.clone();
-    let asks = beside.is_some() || finding.left().is_structured();
+    let asks = beside.is_some() || finding.remaining_structure().is_structured();
     let Some(answer) = finding.found.accepted.clone().filter(|_| asks) else {
         return;
     };
@@ -100,7 +100,7 @@ fn beside_rivals(finding: &mut WrenchFinding, asking: &mut Asking<'_>) {
     let ranked = &mut finding.found.ranked;
     ranked.retain(|other| !tried.iter().any(|anew| anew.is_same(other)));
     ranked.retain(|other| {
-        let is_curve = other.effects.iter().any(|e| is_shape(e.id));
+        let is_curve = other.effects.iter().any(|e| is_general_curve(e.id));
         other.effects.len() != count || is_curve || other.is_beside_noise_of(to_explain)
     });
     ranked.extend(tried);
@@ -110,7 +110,7 @@ fn beside_rivals(finding: &mut WrenchFinding, asking: &mut Asking<'_>) {
 /// Repeats the search without late effects if the answer has such, has no dry friction and leaves structure; returns the better
 /// answer. A delay of all that loads the sensor looks like a dry friction, and takes its place.
 fn without_late(finding: WrenchFinding, asking: &mut Asking<'_>) -> Option<WrenchFinding> {
-    let (late, axes) = (finding.late(), finding.structured_axes());
+    let (late, axes) = (finding.late_ids(), finding.structured_axes());
     if late.is_empty() || axes.is_empty() || finding.has_dry_friction(asking.model) {
         return Some(finding);
     }
@@ -125,7 +125,7 @@ fn without_late(finding: WrenchFinding, asking: &mut Asking<'_>) -> Option<Wrenc
 /// Where structure is left and the answer has effects that depend on time alone: the answer without these, unless they foretell
 /// unseen data much better ([`FORETELLS`]). A slow curve in time fits what many laws leave of one log.
 fn without_drift(finding: WrenchFinding, asking: &mut Asking<'_>) -> Option<WrenchFinding> {
-    let drifts = finding.drifts();
+    let drifts = finding.drift_ids();
     if drifts.is_empty() || !finding.can_foretell() || finding.structured_axes().is_empty() {
         return Some(finding);
     }
@@ -133,7 +133,8 @@ fn without_drift(finding: WrenchFinding, asking: &mut Asking<'_>) -> Option<Wren
         return Some(finding);
     };
     let nothing = asking.among(&[])?.prepared;
-    let [error, of_other] = [&finding, &other].map(|f| nothing.error_on_unseen(&f.whole()));
+    let [error, of_other] =
+        [&finding, &other].map(|f| nothing.error_on_unseen(&f.whole_hypothesis()));
     match of_other > FORETELLS * error {
         true => Some(finding),
         false => Some(other),
@@ -192,7 +193,7 @@ fn beside_earlier(asking: &mut Asking<'_>) -> Option<(WrenchFinding, bool)> {
     let question = asking.question;
     let mut finding = asking.ask(question)?;
     let mut known = asking.model.clone();
-    let mut leaves_structure = finding.left().is_structured();
+    let mut leaves_structure = finding.remaining_structure().is_structured();
     for _ in 1..ROUNDS {
         let Some(accepted) = finding.found.accepted.as_ref() else {
             break;
@@ -204,7 +205,7 @@ fn beside_earlier(asking: &mut Asking<'_>) -> Option<(WrenchFinding, bool)> {
         }
         let effects = accepted.effects.iter().map(model_of);
         known.effects.extend(effects);
-        let worth = |more: &Tested| more.gain > finding.prepared.threshold(accepted.gain);
+        let worth = |more: &TestedHypothesis| more.gain > finding.prepared.threshold(accepted.gain);
         let found = |next: &WrenchFinding| next.found.accepted.as_ref().is_some_and(worth);
         let Some(mut next) = (asking.search)(&known, question).filter(found) else {
             break;
@@ -218,7 +219,7 @@ fn beside_earlier(asking: &mut Asking<'_>) -> Option<(WrenchFinding, bool)> {
         next.found.ranked.extend(finding.found.ranked);
         next.found.rivals.extend(finding.found.rivals);
         finding = next;
-        leaves_structure |= finding.left().is_structured();
+        leaves_structure |= finding.remaining_structure().is_structured();
     }
     Some((finding, leaves_structure))
 }

@@ -5,7 +5,9 @@ use crate::cli::progress::counter;
 use anyhow::{Result, ensure};
 use clap::Args;
 use serde::Serialize;
-use softdock_experiments::bench::diagnose::coverage::{Coverage, Said, coverage, said};
+use softdock_experiments::bench::diagnose::coverage::{
+    Coverage, ReliabilityBin, coverage, reliability,
+};
 use softdock_experiments::bench::diagnose::nulls::Nothing;
 use softdock_experiments::bench::diagnose::{self, Bench as Scored, Row, rates, tables};
 use softdock_hidden_effects::{CaseSpec, nothing_hidden, size_sweep, suite};
@@ -60,7 +62,7 @@ struct Document<'a> {
     median_drop_percent: Option<f64>,
     min_drop_percent: Option<f64>,
     coverage_of_95_percent: Vec<Coverage>,
-    said_probabilities: Vec<Said>,
+    said_probabilities: Vec<ReliabilityBin>,
     median_seconds: Option<f64>,
     seconds_of_90_percent: Option<f64>,
     max_seconds: Option<f64>,
@@ -148,7 +150,7 @@ impl Diagnose {
             }
             None => {
                 parts.push(tables::coverage(&coverage(&scored.rows)).to_string());
-                parts.push(tables::probabilities(&said(&scored.rows)).to_string());
+                parts.push(tables::probabilities(&reliability(&scored.rows)).to_string());
                 parts.push(tables::summary(scored).to_string());
             }
         }
@@ -171,7 +173,7 @@ fn document<'a>(scored: &'a Scored, nothing_hidden: Option<&'a Nothing>) -> Docu
         median_drop_percent: scores.median_drop_percent(),
         min_drop_percent: scores.min_drop_percent(),
         coverage_of_95_percent: coverage(&scored.rows),
-        said_probabilities: said(&scored.rows),
+        said_probabilities: reliability(&scored.rows),
         median_seconds: scores.seconds_of(0.5),
         seconds_of_90_percent: scores.seconds_of(0.9),
         max_seconds: scores.seconds_of(1.0),

@@ -14,7 +14,7 @@ use softdock_experiments::campaign::table;
 use softdock_experiments::record_file::record_file;
 use softdock_io::data_table::DataTable;
 use softdock_io::input::refuse_overwrite_of;
-use softdock_io::telemetry::{Bounds, Pieces, Time};
+use softdock_io::telemetry::{Bounds, FileSeries, Time};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
@@ -73,7 +73,7 @@ impl Rerun {
             );
         }
         let factors = plan.factors.iter().map(|factor| factor.name.clone());
-        let again = Again {
+        let summary = RerunSummary {
             index: self.index,
             recording: &recording,
             success,
@@ -81,7 +81,7 @@ impl Rerun {
             conditions: factors.zip(plan.conditions(self.index).values).collect(),
             outcome: &outcome,
         };
-        answer(self.json, &again, || again.text(&row))
+        answer(self.json, &summary, || summary.text(&row))
     }
 
     /// Runs the row and records every cycle.
@@ -90,8 +90,8 @@ impl Rerun {
             .scenario(self.index)
             .context("the row has no recording: its settings are refused")?;
         let mut observer = Observer::new(&scenario);
-        let mut pieces = Pieces::new(&self.output, Bounds::default(), Time::Virtual);
-        let ran = record_file(&scenario, &mut pieces, &mut |record, truth| {
+        let mut series = FileSeries::new(&self.output, Bounds::default(), Time::Virtual);
+        let ran = record_file(&scenario, &mut series, &mut |record, truth| {
             observer.push(record, truth);
             ControlFlow::Continue(())
         })?;
@@ -100,7 +100,7 @@ impl Rerun {
 }
 
 #[derive(Serialize)]
-struct Again<'a> {
+struct RerunSummary<'a> {
     index: u64,
     recording: &'a str,
     success: bool,
@@ -110,7 +110,7 @@ struct Again<'a> {
     outcome: &'a Outcome,
 }
 
-impl Again<'_> {
+impl RerunSummary<'_> {
     /// All columns of the row, as text.
     fn text(&self, row: &DataTable) -> String {
         let same = match &self.same_as {

@@ -230,7 +230,7 @@ impl Story<'_> {
         if !demo::is_late(&self.hidden) {
             return Ok(Vec::new());
         }
-        let learned = demo::learned(report);
+        let learned = demo::identified_robot(report);
         self.say(&format!(
             "\n7. Tell the board. A late robot gives an elastic stop back more speed than came in. {}\n   The \
              same robot at the paper's stop, 10 mm/s, without a delay law, with the paper's{}:\n\n",

@@ -7,14 +7,14 @@ use serde::Serialize;
 use softdock_commissioning::parameters::{self, Difference, Setting, differences, missing};
 use softdock_io::input::refuse_overwrite;
 use softdock_io::output::write_whole;
-use softdock_io::port::found;
+use softdock_io::port::serial_ports;
 use softdock_io::say;
 use softdock_report::{Cell, Column, Table};
 use std::path::Path;
 
 /// The ports of this computer.
 pub(super) fn ports(json: bool) -> Result<()> {
-    let ports = found()?;
+    let ports = serial_ports()?;
     if json {
         return print_json(&serde_json::json!({ "ports": ports }));
     }

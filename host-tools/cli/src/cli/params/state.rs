@@ -221,7 +221,7 @@ fn answers(times: &AnswerTimes) -> String {
         "after {} µs, at most {} µs, {} later than a cycle",
         times.last_us,
         times.longest_us,
-        times.late()
+        times.late_answers()
     )
 }
 

@@ -89,7 +89,7 @@ fn times(machine: &Machine, cycle_s: f64) -> Check {
             name,
             format!(
                 "{words}, {} longer than a cycle: a faster law, a shorter `can.sample_wait_s`, or less on this network",
-                times.late()
+                times.late_answers()
             ),
         ),
     }

@@ -15,7 +15,7 @@ pub(super) const MARKS: &str =
 pub(super) const HEADLINE: &str = "headline";
 
 /// Judges momentum that no measured force accounts for.
-pub(super) fn judged_momentum(added: f64) -> Mark {
+pub(super) fn mark_of_momentum(added: f64) -> Mark {
     if added <= 2.0 * ADDED {
         Mark::Good
     } else {
@@ -24,7 +24,7 @@ pub(super) fn judged_momentum(added: f64) -> Mark {
 }
 
 /// Judges a relative error.
-pub(super) fn judged(error: f64) -> Mark {
+pub(super) fn mark_of_error(error: f64) -> Mark {
     if error <= GOOD {
         Mark::Good
     } else if error <= BAD {

@@ -221,7 +221,7 @@ fn tracking(case: &Case, speed_m_s: f64, ideal: &Ideal, trial: &Trial) -> Option
         if !window.contains(&moment.time_s) {
             continue;
         }
-        let known = bounce.way_m(moment.time_s - touch_s);
+        let known = bounce.displacement_m(moment.time_s - touch_s);
         let error = moment.position[0] - trial.distance_m - known;
         apart += error * error;
         size += known * known;

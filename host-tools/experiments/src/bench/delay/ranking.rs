@@ -1,6 +1,6 @@
 //! Which law is best: one line per law, the best first.
 
-use super::marks::{ADDED, BAD, HEADLINE, MARKS, judged, judged_momentum};
+use super::marks::{ADDED, BAD, HEADLINE, MARKS, mark_of_error, mark_of_momentum};
 use super::measure::Ending;
 use super::row::Row;
 use softdock_control::delay::LawName;
@@ -110,10 +110,11 @@ pub fn table(standings: &[Standing<'_>]) -> Table {
         table.push(vec![
             Cell::text(standing.law.name()),
             Cell::text(standing.right_of()),
-            Cell::formatted(standing.error(), Format::Percent(2)).marked(judged(standing.error())),
+            Cell::formatted(standing.error(), Format::Percent(2))
+                .marked(mark_of_error(standing.error())),
             Cell::text(standing.worst.map_or(String::new(), place)),
             Cell::formatted(standing.added, Format::Percent(1))
-                .marked(judged_momentum(standing.added)),
+                .marked(mark_of_momentum(standing.added)),
             Cell::text(standing.failed.to_string()),
         ]);
     }

@@ -1,6 +1,6 @@
 //! The tables of the benchmark, for the terminal and the page.
 
-use super::marks::{ADDED, HEADLINE, judged, judged_momentum};
+use super::marks::{ADDED, HEADLINE, mark_of_error, mark_of_momentum};
 use super::measure::Ending;
 use super::ranking::{self, sentence, standings};
 use super::row::Row;
@@ -53,7 +53,7 @@ pub fn robots(rows: &[&Row], laws: &[LawName]) -> Table {
                 .iter()
                 .filter(|r| r.actuator == *robot && r.law == *law);
             let error = of.map(|row| row.error()).fold(0.0, f64::max);
-            Cell::formatted(error, Format::Percent(2)).marked(judged(error))
+            Cell::formatted(error, Format::Percent(2)).marked(mark_of_error(error))
         };
         let mut cells = vec![Cell::text(law.name())];
         cells.extend(robots.iter().map(worst));
@@ -122,14 +122,14 @@ fn worst_cells(robot: &str, law: LawName, rows: &[&Row]) -> Vec<Cell> {
     vec![
         Cell::text(robot),
         Cell::text(law.name()),
-        Cell::formatted(error, Format::Percent(2)).marked(judged(error)),
+        Cell::formatted(error, Format::Percent(2)).marked(mark_of_error(error)),
         percent(largest(Row::robot_restitution_error)),
         percent(largest(|r| r.energy_error)),
         percent(largest(|r| r.peak_force_error)),
         percent(largest(|r| r.contact_time_error)),
         percent(largest(|r| r.tracking_nrms.unwrap_or(0.0))),
         percent(largest(|r| r.tracking_peak.unwrap_or(0.0))),
-        Cell::formatted(added, Format::Percent(1)).marked(judged_momentum(added)),
+        Cell::formatted(added, Format::Percent(1)).marked(mark_of_momentum(added)),
         Cell::number(largest(|r| r.command_peak), 2),
     ]
 }
@@ -244,7 +244,7 @@ fn restitution(row: &Row) -> Cell {
     } else if row.failed > 0 {
         Mark::Bad
     } else {
-        judged(row.restitution_error().abs())
+        mark_of_error(row.restitution_error().abs())
     };
     Cell::text(text).marked(mark)
 }

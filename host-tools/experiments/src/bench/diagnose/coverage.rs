@@ -63,7 +63,7 @@ pub fn coverage(rows: &[Row]) -> Vec<Coverage> {
 
 /// Calibration of probabilities: how many of the effects that were named with a probability in a range were hidden.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Said {
+pub struct ReliabilityBin {
     /// Lower end of the range, included.
     pub from: f64,
     /// Upper end of the range.
@@ -78,7 +78,7 @@ pub struct Said {
 const ENDS: [f64; 6] = [0.0, 0.5, 0.8, 0.95, 0.99, 1.0];
 
 /// Calibration of the probabilities of named effects, by range.
-pub fn said(rows: &[Row]) -> Vec<Said> {
+pub fn reliability(rows: &[Row]) -> Vec<ReliabilityBin> {
     let mut named: BTreeMap<usize, Rate> = BTreeMap::new();
     for row in rows {
         for id in &row.effects {
@@ -95,7 +95,7 @@ pub fn said(rows: &[Row]) -> Vec<Said> {
     ranges
         .map(|(k, ends)| {
             let rate = named.get(&k).copied().unwrap_or_default();
-            Said {
+            ReliabilityBin {
                 from: ends[0],
                 to: ends[1],
                 right: rate.right,
@@ -165,7 +165,8 @@ mod tests {
             row("guide_viscous", 1.0, 0.9),
             row("guide_coulomb", 1.0, 1.0),
         ];
-        let found: Vec<(usize, usize)> = said(&rows).iter().map(|s| (s.right, s.of)).collect();
+        let found: Vec<(usize, usize)> =
+            reliability(&rows).iter().map(|s| (s.right, s.of)).collect();
         assert_eq!(found, [(0, 0), (0, 0), (1, 2), (0, 0), (1, 1)]);
     }
 }

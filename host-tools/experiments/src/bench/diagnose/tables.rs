@@ -1,6 +1,6 @@
 //! The tables of the benchmark, for the terminal.
 
-use super::coverage::{Coverage, FEW, Said};
+use super::coverage::{Coverage, FEW, ReliabilityBin};
 use super::nulls::Nothing;
 use super::{Bench, Row, rates};
 use softdock_hidden_effects::{NoiseRange, Verdict};
@@ -89,7 +89,7 @@ pub fn coverage(all: &[Coverage]) -> Table {
 }
 
 /// Calibration of the probabilities.
-pub fn probabilities(all: &[Said]) -> Table {
+pub fn probabilities(all: &[ReliabilityBin]) -> Table {
     let mut table = of_text(&["probability that was said", "effects", "hidden"]);
     for one in all {
         let range = format!("{} to {}", one.from, one.to);

@@ -112,7 +112,7 @@ pub(crate) struct Robot {
     axes: [(Pipeline, Axis); 6],
     jitter: Noise,
     /// Number of times within a cycle at which the motion is evaluated.
-    looks: u32,
+    samples_per_cycle: u32,
 }
 
 impl Robot {
@@ -139,15 +139,15 @@ impl Robot {
             cycles: 0,
             axes: std::array::from_fn(axis),
             jitter: Noise::new(seed, 7),
-            looks: match formulation {
+            samples_per_cycle: match formulation {
                 Formulation::Exact => 40,
                 Formulation::FixedSteps => fixed_steps::STEPS_PER_CYCLE,
             },
         }
     }
 
-    /// Executes one cycle; `look` is called with the motion at many times of it, the last at its end.
-    pub(crate) fn cycle(&mut self, command: Axes, mut look: impl FnMut(&Motion)) {
+    /// Executes one cycle; `sample` is called with the motion at many times of it, the last at its end.
+    pub(crate) fn cycle(&mut self, command: Axes, mut sample: impl FnMut(&Motion)) {
         let begin_s = self.cycles as f64 * self.cycle_s;
         let mut shift = if self.settings.jitter {
             [-1, 0, 0, 1][self.jitter.below(4)]
@@ -164,8 +164,8 @@ impl Robot {
                 .limited(pipeline.newest(), command[i], self.cycle_s);
             pipeline.push(limited, shift);
         }
-        for k in 1..=self.looks {
-            let time_s = begin_s + self.cycle_s * f64::from(k) / f64::from(self.looks);
+        for k in 1..=self.samples_per_cycle {
+            let time_s = begin_s + self.cycle_s * f64::from(k) / f64::from(self.samples_per_cycle);
             let mut motion = Motion {
                 time_s,
                 position: [0.0; 6],
@@ -177,7 +177,7 @@ impl Robot {
                     Axis::Stepped(axis) => axis.advance(pipeline),
                 };
             }
-            look(&motion);
+            sample(&motion);
         }
         self.cycles += 1;
     }

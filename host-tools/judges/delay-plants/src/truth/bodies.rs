@@ -180,7 +180,7 @@ impl FreeTest {
             };
             (k, q) = self.step(&k, &q, h);
             time_s += h;
-            log.look(time_s, &self.contact.load(&self.seen_from_q(&k, &q)));
+            log.add_sample(time_s, &self.contact.load(&self.seen_from_q(&k, &q)));
         }
         let twist = |s: &State| Twist {
             linear: s.velocity,

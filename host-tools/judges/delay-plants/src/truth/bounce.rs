@@ -52,7 +52,7 @@ impl Bounce {
 
     /// Distance beyond the position of the touch (m) at a time since the touch (s, also before and after the contact): x =
     /// v/ω_d e^(−ζωt) sin ω_d t, and then uniform motion with the speed after.
-    pub fn way_m(&self, since_touch_s: f64) -> f64 {
+    pub fn displacement_m(&self, since_touch_s: f64) -> f64 {
         let t = since_touch_s.clamp(0.0, self.contact_s);
         let damped = self.omega * (1.0 - self.zeta * self.zeta).sqrt();
         let curve =
@@ -70,7 +70,7 @@ impl Bounce {
             t => {
                 let damped = self.omega * (1.0 - self.zeta * self.zeta).sqrt();
                 let decay = self.speed_m_s * (-self.zeta * self.omega * t).exp();
-                decay * (damped * t).cos() - self.zeta * self.omega * self.way_m(t)
+                decay * (damped * t).cos() - self.zeta * self.omega * self.displacement_m(t)
             }
         }
     }
@@ -80,7 +80,7 @@ impl Bounce {
         if since_touch_s <= 0.0 || since_touch_s >= self.contact_s {
             return 0.0;
         }
-        let spring = self.omega * self.omega * self.way_m(since_touch_s);
+        let spring = self.omega * self.omega * self.displacement_m(since_touch_s);
         let damper = 2.0 * self.zeta * self.omega * self.rate_m_s(since_touch_s);
         self.mass_kg * (spring + damper)
     }
@@ -147,9 +147,12 @@ mod tests {
                 "{zeta} {peak}"
             );
             assert!((bounce.contact_s - t).abs() < 1e-4, "{zeta} {t}");
-            assert!((bounce.way_m(t) - x).abs() < 1e-5, "{zeta} {x}");
-            let way = bounce.way_m(t + 0.1) - bounce.way_m(t);
-            assert!((way - 0.1 * v).abs() < 1e-5, "{zeta} {way}");
+            assert!((bounce.displacement_m(t) - x).abs() < 1e-5, "{zeta} {x}");
+            let displacement = bounce.displacement_m(t + 0.1) - bounce.displacement_m(t);
+            assert!(
+                (displacement - 0.1 * v).abs() < 1e-5,
+                "{zeta} {displacement}"
+            );
         }
     }
 }

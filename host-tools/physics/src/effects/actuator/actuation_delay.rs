@@ -1,6 +1,8 @@
 //! Transport delay: the robot executes a held command later, unchanged.
 
-use crate::effects::{Actuator, Effect, Group, Kind, Lateness, Law, Naming, Parameter, check_step};
+use crate::effects::{
+    Actuator, DelayAndLag, Effect, Group, Kind, Law, Naming, Parameter, check_step,
+};
 use softdock_control::range::{SettingsError, in_range};
 
 /// Catalogue entry.
@@ -30,7 +32,7 @@ pub const EFFECT: Effect = Effect {
                  with small steps or slow motion the two cannot be told apart",
     law: Law::Actuator(Actuator {
         axis: None,
-        late: Some(|p| Lateness {
+        late: Some(|p| DelayAndLag {
             delay_s: p[0],
             lag_s: 0.0,
         }),

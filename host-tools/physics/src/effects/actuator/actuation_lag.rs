@@ -1,7 +1,9 @@
 //! First-order lag: velocity approaches its command exponentially.
 
 use super::AxisStage;
-use crate::effects::{Actuator, Effect, Group, Kind, Lateness, Law, Naming, Parameter, check_step};
+use crate::effects::{
+    Actuator, DelayAndLag, Effect, Group, Kind, Law, Naming, Parameter, check_step,
+};
 use nalgebra::ComplexField;
 use softdock_control::range::{SettingsError, in_range};
 
@@ -31,7 +33,7 @@ pub const EFFECT: Effect = Effect {
                  the command decays exponentially from the first instant on, behind a delay nothing happens at first",
     law: Law::Actuator(Actuator {
         axis: Some(|p, step_s| FirstOrderLag::new(p[0], step_s).map(AxisStage::Lag)),
-        late: Some(|p| Lateness {
+        late: Some(|p| DelayAndLag {
             delay_s: 0.0,
             lag_s: p[0],
         }),

@@ -22,7 +22,7 @@ pub const EFFECT: Effect = Effect {
     confused_with: &["ft_latency", "actuation_delay", "clock_rate"],
     tell_apart: "log both on one clock, or, with a rig, close the loop on an elastic bounce: a latency makes the rebound \
                  faster than the approach, an offset of the log does not; an offset may be negative, a latency cannot",
-    law: Law::Apart(|p| p[0]),
+    law: Law::ClockOffset(|p| p[0]),
     kind: Some(Kind::LateReading),
     ..Effect::PLAIN
 };
@@ -33,7 +33,7 @@ mod tests {
 
     #[test]
     fn poses_are_late_by_it() {
-        let Law::Apart(law) = EFFECT.law else {
+        let Law::ClockOffset(law) = EFFECT.law else {
             panic!("two clocks");
         };
         assert_eq!(law(&[-0.25]), -0.25);

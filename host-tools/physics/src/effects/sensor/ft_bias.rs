@@ -36,7 +36,7 @@ pub const EFFECT: Effect = Effect {
     ],
     tell_apart: "hold the sensor in two opposite orientations without contact: the bias is the mean of the two \
                  readings, the weight half of their difference",
-    law: Law::Zero(zero),
+    law: Law::SensorZero(zero),
     separable: true,
     ..Effect::PLAIN
 };

@@ -36,7 +36,7 @@ pub const EFFECT: Effect = Effect {
     ],
     confused_with: &["ft_bias", "cable_stiffness", "tool_mass_error"],
     tell_apart: "a long log at standstill: only drift changes there; a cable needs motion",
-    law: Law::Zero(zero),
+    law: Law::SensorZero(zero),
     separable: true,
     ..Effect::PLAIN
 };

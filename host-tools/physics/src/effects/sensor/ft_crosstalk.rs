@@ -61,7 +61,7 @@ pub const EFFECT: Effect = Effect {
     ],
     tell_apart: "load the axes one after the other, with known weights in six orientations: cross-talk copies \
                  single axes, a turned sensor exchanges them in antisymmetric pairs",
-    law: Law::Load(read),
+    law: Law::SensorGain(read),
     separable: true,
     ..Effect::PLAIN
 };

@@ -1,6 +1,6 @@
 //! Age of the sensor's samples.
 
-use crate::effects::{Effect, Group, Kind, Lateness, Law, Naming, Parameter};
+use crate::effects::{DelayAndLag, Effect, Group, Kind, Law, Naming, Parameter};
 
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
@@ -26,7 +26,7 @@ pub const EFFECT: Effect = Effect {
     ],
     tell_apart: "steps of the load at rest, such as taps on the sensor: a latency shifts a step, a filter smears it; a negative \
                  damping of the contact is a latency",
-    law: Law::Late(|p| Lateness {
+    law: Law::ReadingDelay(|p| DelayAndLag {
         delay_s: p[0],
         lag_s: 0.0,
     }),

@@ -1,6 +1,6 @@
 //! Low-pass filter inside the sensor.
 
-use crate::effects::{Effect, Group, Kind, Lateness, Law, Naming, Parameter};
+use crate::effects::{DelayAndLag, Effect, Group, Kind, Law, Naming, Parameter};
 
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
@@ -26,7 +26,7 @@ pub const EFFECT: Effect = Effect {
     ],
     tell_apart: "steps of the load, such as taps on the sensor: a filter smears a step, a latency shifts it; a damped contact is late only \
                  while it moves, a filter also after the motion has stopped",
-    law: Law::Late(|p| Lateness {
+    law: Law::ReadingDelay(|p| DelayAndLag {
         delay_s: 0.0,
         lag_s: p[0],
     }),

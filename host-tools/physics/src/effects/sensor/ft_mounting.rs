@@ -29,7 +29,7 @@ pub const EFFECT: Effect = Effect {
     confused_with: &["ft_crosstalk", "base_tilt", "tool_com_error"],
     tell_apart: "load the axes one after the other, with known weights in six orientations: a rotation needs three \
                  numbers for all couplings, cross-talk is any of thirty",
-    law: Law::Load(read),
+    law: Law::SensorGain(read),
     separable: true,
     ..Effect::PLAIN
 };

@@ -26,7 +26,7 @@ pub const EFFECT: Effect = Effect {
         .pictured(10.0)],
     confused_with: &["ft_scale", "contact_stiffness", "ft_dropout"],
     tell_apart: "bounces of growing speed: below the limit every force is right, above it the tops are flat",
-    law: Law::Range(read),
+    law: Law::Saturation(read),
     ..Effect::PLAIN
 };
 

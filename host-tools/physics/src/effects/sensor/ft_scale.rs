@@ -37,7 +37,7 @@ pub const EFFECT: Effect = Effect {
     ],
     tell_apart: "hang known weights on the sensor: a gain shows there too, a wrong stiffness only in contact; with \
                  the gain of one axis wrong the weight of the tool seems to depend on the orientation",
-    law: Law::Load(read),
+    law: Law::SensorGain(read),
     separable: true,
     ..Effect::PLAIN
 };

@@ -18,7 +18,7 @@ pub const EFFECT: Effect = Effect {
     confused_with: &["tool_mass_error", "contact_stiffness", "ft_bias"],
     tell_apart: "let the drive hold a known weight or a spring of known stiffness: a gain shows there, a wrong mass \
                  only while it accelerates; without any nominal load no log can tell the gain",
-    law: Law::Drive(commanded),
+    law: Law::CommandGain(commanded),
     ..Effect::PLAIN
 };
 

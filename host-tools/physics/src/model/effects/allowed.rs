@@ -25,7 +25,7 @@ pub struct Allowed {
 }
 
 /// Parameters that an effect may have: those of the catalogue, and the forms of its stages.
-pub fn known(model: &Model, effect: &Effect) -> Vec<Allowed> {
+pub fn allowed_parameters(model: &Model, effect: &Effect) -> Vec<Allowed> {
     let on_the_reading = LoadEffect::find(model, effect.id);
     let parameters = on_the_reading.map_or(effect.parameters, |load| load.parameters.as_slice());
     let mut all: Vec<Allowed> = parameters

@@ -1,6 +1,6 @@
 //! Which effects and parameters a model file may hold.
 
-use super::{Allowed, EffectError, EffectModel, known};
+use super::{Allowed, EffectError, EffectModel, allowed_parameters};
 use crate::effects::Group;
 use crate::model::Model;
 use crate::model::stage::Stage;
@@ -35,7 +35,7 @@ impl EffectModel {
         if !self.axes.is_empty() && effect.group != Group::Actuator {
             return Err(EffectError::Axes { id: id() });
         }
-        let allowed = known(model, effect);
+        let allowed = allowed_parameters(model, effect);
         for (name, value) in &self.parameters {
             self.validate_parameter(name, *value, &allowed)?;
         }

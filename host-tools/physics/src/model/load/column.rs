@@ -67,7 +67,7 @@ impl Column {
     }
 
     /// This column minus another; series that become zero are emptied.
-    pub fn less(mut self, other: &Self) -> Self {
+    pub fn minus(mut self, other: &Self) -> Self {
         for (own, other) in self.0.iter_mut().zip(&other.0) {
             if own.is_empty() {
                 *own = other.iter().map(|o| -o).collect();

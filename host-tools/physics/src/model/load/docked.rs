@@ -37,7 +37,7 @@ impl Docked {
 
     /// The wrench at M in axes of M of every cycle; empty without a mechanism. `steps` is empty if each cycle directly follows
     /// the one before.
-    pub fn over(
+    pub fn along(
         settings: &[DockingSettings],
         cycle_s: f64,
         pose: &[Pose<f64>],

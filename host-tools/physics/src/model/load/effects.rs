@@ -174,7 +174,9 @@ impl LoadEffect {
             false => effect.parameters.to_vec(),
         };
         let linear = parameters.iter().filter(|p| p.role == Role::Linear);
-        let shaping = parameters.iter().filter_map(|p| Some((p, p.tried()?)));
+        let shaping = parameters
+            .iter()
+            .filter_map(|p| Some((p, p.search_start()?)));
         Some(Self {
             effect,
             id: effect.id,
@@ -205,19 +207,19 @@ impl LoadEffect {
 
     /// Whether it changes only the reading of the sensor: neither the rig's motion nor its clocks.
     pub fn is_of_the_reading_alone(&self) -> bool {
-        !matches!(self.effect.law, Law::Actuator(_) | Law::Apart(_))
+        !matches!(self.effect.law, Law::Actuator(_) | Law::ClockOffset(_))
     }
 
     /// Whether it acts on the whole reading, whatever loads the sensor.
     pub fn acts_on_reading(&self) -> bool {
         matches!(
             self.effect.law,
-            Law::Load(_)
-                | Law::Drive(_)
-                | Law::Zero(_)
-                | Law::Late(_)
-                | Law::Apart(_)
-                | Law::Range(_)
+            Law::SensorGain(_)
+                | Law::CommandGain(_)
+                | Law::SensorZero(_)
+                | Law::ReadingDelay(_)
+                | Law::ClockOffset(_)
+                | Law::Saturation(_)
                 | Law::Actuator(_)
         )
     }
@@ -231,7 +233,9 @@ impl LoadEffect {
     pub fn is_late(&self) -> bool {
         matches!(
             self.effect.law,
-            Law::Late(_) | Law::Apart(_) | Law::Actuator(Actuator { late: Some(_), .. })
+            Law::ReadingDelay(_)
+                | Law::ClockOffset(_)
+                | Law::Actuator(Actuator { late: Some(_), .. })
         )
     }
 
@@ -248,9 +252,9 @@ impl LoadEffect {
 
     /// Range in which a search looks for a parameter. The delay of a reading is that of some cycles of a sensor, a bus or a
     /// clock; a longer one has another cause.
-    pub fn searched(&self, parameter: &Parameter, logs: Pace) -> [f64; 2] {
+    pub fn search_range(&self, parameter: &Parameter, logs: Pace) -> [f64; 2] {
         let Parameter { low, high, .. } = *parameter;
-        let Some(tried) = parameter.tried() else {
+        let Some(tried) = parameter.search_start() else {
             return [low, high];
         };
         let high = high.min(tried.most);
@@ -275,10 +279,10 @@ impl LoadEffect {
     }
 
     /// Values of a shape that a search tries.
-    pub fn tried(&self, shape: &Shape, logs: Pace) -> Vec<f64> {
+    pub fn tried_values(&self, shape: &Shape, logs: Pace) -> Vec<f64> {
         let known = self.parameters.iter().find(|p| p.name == shape.name);
         let [low, high] = known.map_or([f64::NEG_INFINITY, f64::INFINITY], |p| {
-            self.searched(p, logs)
+            self.search_range(p, logs)
         });
         let factor = match self.is_late_reading() {
             true => logs.slower(),
@@ -318,7 +322,7 @@ impl LoadEffect {
             ..Slide::at_velocity(0.2)
         };
         match &self.effect.law {
-            Law::Zero(_) => self.shapes.is_empty(),
+            Law::SensorZero(_) => self.shapes.is_empty(),
             Law::Guide(law) | Law::Bearing(law) => {
                 let ones = vec![1.0; self.coefficients.len()];
                 let values = self.values(&[], &ones);
@@ -348,7 +352,7 @@ impl LoadEffect {
 
     /// Whether it is the zero of a sensor.
     pub fn is_of_a_zero(&self) -> bool {
-        matches!(self.effect.law, Law::Zero(_))
+        matches!(self.effect.law, Law::SensorZero(_))
     }
 
     /// Whether the log contains what it acts on.
@@ -390,7 +394,7 @@ impl LoadEffect {
     /// Whether the intervals show that it is present: the interval of one of its amounts excludes 0, or, for a late effect
     /// without amounts, that of its time. An effect with amounts and a shape on which they depend passes here and is judged
     /// elsewhere: of a slow drift only the slope is known.
-    pub fn is_told(&self, is_sure: impl Fn(&str) -> bool) -> bool {
+    pub fn is_significant(&self, is_sure: impl Fn(&str) -> bool) -> bool {
         let mut shapes = self.shapes.iter().filter(|shape| !shape.choice);
         match self.is_late() && self.coefficients.is_empty() {
             true => shapes.any(|shape| is_sure(shape.name)),
@@ -469,7 +473,7 @@ impl LoadEffect {
     }
 
     /// Values of a model file in the order of the parameters; missing ones have their default.
-    pub fn given(&self, values: &BTreeMap<String, f64>) -> Vec<f64> {
+    pub fn values_or_defaults(&self, values: &BTreeMap<String, f64>) -> Vec<f64> {
         let value = |p: &Parameter| values.get(p.name).copied().unwrap_or(p.default());
         self.parameters.iter().map(value).collect()
     }

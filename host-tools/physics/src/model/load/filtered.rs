@@ -27,7 +27,7 @@ pub(super) fn load(
     for term in terms.filter_map(|p| proportional_part(scene, effect, &p)) {
         filtered.add(&term.0);
     }
-    let mut load = through(filter, scene.cycle_s, part.less(&filtered));
+    let mut load = through(filter, scene.cycle_s, part.minus(&filtered));
     load.add(&filtered.0);
     load
 }
@@ -215,7 +215,7 @@ mod tests {
             let scene = swinging(hz);
             let spring = loaded(&scene, "cable_stiffness", "stiffness_n_m_per_rad", 100.0);
             let weight = loaded(&scene, "bearing_gravity", "sine_n_m", 100.0);
-            let left = rms(&spring.clone().less(&weight)) / rms(&spring);
+            let left = rms(&spring.clone().minus(&weight)) / rms(&spring);
             assert!(left < 1e-4, "{left} at {hz} Hz");
         }
     }
@@ -254,7 +254,7 @@ mod tests {
         let mut apart = of(2.0, 0.0);
         apart.add(&of(0.0, 3.0).0);
         let both = of(2.0, 3.0);
-        let left = rms(&both.clone().less(&apart)) / rms(&both);
+        let left = rms(&both.clone().minus(&apart)) / rms(&both);
         assert!(left < 1e-9, "{left}");
     }
 

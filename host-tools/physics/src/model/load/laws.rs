@@ -4,8 +4,8 @@ use super::{Column, Scene, Touch};
 use crate::effects::formula::{ActsOn, Formula, Signals};
 use crate::effects::sensor::tool::{LoadMotion, ToolState};
 use crate::effects::{
-    Actuator, Direction, Effect, Facing, Group, Guide, Lateness, Law, Penetration, Slide, Values,
-    by_id, sign,
+    Actuator, DelayAndLag, Direction, Effect, Facing, Group, Guide, Law, Penetration, Slide,
+    Values, by_id, sign,
 };
 use crate::model::{EffectModel, Model, WrenchMeaning};
 use nalgebra::{Matrix3, Vector3};
@@ -23,16 +23,20 @@ pub(super) fn acts(scene: &Scene, effect: &Effect) -> bool {
         }
         Law::Friction(_) => scene.touches_anything(),
         Law::Docking(_) => scene.docked.iter().any(|wrench| *wrench != Wrench::zero()),
-        Law::Zero(_) => effect.parameters.iter().all(|p| p.tried().is_none()) || !sensor.at_rest,
-        Law::Load(_) => sensor.wrench == WrenchMeaning::Measured,
-        Law::Range(_) => live(WrenchMeaning::Measured),
-        Law::Late(_) => live(WrenchMeaning::Measured) && scene.wrench_changes,
-        Law::Apart(_) => live(WrenchMeaning::Measured) && !scene.of_a_rig && scene.wrench_changes,
+        Law::SensorZero(_) => {
+            effect.parameters.iter().all(|p| p.search_start().is_none()) || !sensor.at_rest
+        }
+        Law::SensorGain(_) => sensor.wrench == WrenchMeaning::Measured,
+        Law::Saturation(_) => live(WrenchMeaning::Measured),
+        Law::ReadingDelay(_) => live(WrenchMeaning::Measured) && scene.wrench_changes,
+        Law::ClockOffset(_) => {
+            live(WrenchMeaning::Measured) && !scene.of_a_rig && scene.wrench_changes
+        }
         Law::Actuator(Actuator { late, .. }) => {
             let is_seen = late.is_none() || scene.wrench_changes;
-            sensor.wrench.is_told() && !sensor.at_rest && is_seen
+            sensor.wrench.is_commanded() && !sensor.at_rest && is_seen
         }
-        Law::Drive(_) => live(WrenchMeaning::Unscaled),
+        Law::CommandGain(_) => live(WrenchMeaning::Unscaled),
         Law::Formula(_) => !sensor.at_rest,
         // On a bearing without a known mass, the weight is only a torque, which could as well be that of 1 kg at some lever.
         Law::Tool(_) if effect.is_centre_of_mass_alone() && scene.model.bearing().is_some() => {
@@ -65,7 +69,7 @@ pub(super) fn part(
             scene.docked_change(&settings)
         }
         Law::Tool(law) => tool(scene, |tool| law(p, tool)),
-        Law::Load(law) => {
+        Law::SensorGain(law) => {
             let kept = if form("with_zero") > 0.5 { 0.0 } else { 1.0 };
             let zero = Wrench::of(&scene.bias.map(|b| kept * b));
             changed(scene, reading, |reading| {
@@ -73,18 +77,20 @@ pub(super) fn part(
                 law(p, &load) + zero
             })
         }
-        Law::Drive(law) | Law::Range(law) => changed(scene, reading, |wrench| law(p, wrench)),
-        Law::Zero(law) => Column::of(scene.len(), |n| law(p, scene.since_began(n)).get()),
-        Law::Late(law) => late(scene, reading, law(p)),
+        Law::CommandGain(law) | Law::Saturation(law) => {
+            changed(scene, reading, |wrench| law(p, wrench))
+        }
+        Law::SensorZero(law) => Column::of(scene.len(), |n| law(p, scene.since_began(n)).get()),
+        Law::ReadingDelay(law) => late(scene, reading, law(p)),
         Law::Actuator(Actuator {
             late: Some(law), ..
         }) => early(scene, reading, law(p)),
-        Law::Apart(law) => {
+        Law::ClockOffset(law) => {
             let delay_s = law(p);
             early(
                 scene,
                 reading,
-                Lateness {
+                DelayAndLag {
                     delay_s,
                     lag_s: 0.0,
                 },
@@ -245,20 +251,20 @@ fn penetration(t: &Touch, n: usize) -> Option<Penetration> {
 }
 
 /// Change of a reading by a delay and a lag.
-fn late(scene: &Scene, reading: &Column, by: Lateness) -> Column {
+fn late(scene: &Scene, reading: &Column, by: DelayAndLag) -> Column {
     let late = reading.each(|series| by.delayed(series, scene.cycle_s));
-    late.less(reading)
+    late.minus(reading)
 }
 
 /// Change of a reading that is early by a delay and a lag, such as a command before its motion; late if the delay is negative.
-fn early(scene: &Scene, reading: &Column, by: Lateness) -> Column {
-    let Lateness { delay_s, lag_s } = by;
+fn early(scene: &Scene, reading: &Column, by: DelayAndLag) -> Column {
+    let DelayAndLag { delay_s, lag_s } = by;
     if delay_s < 0.0 {
         let delay_s = -delay_s;
-        return late(scene, reading, Lateness { delay_s, lag_s });
+        return late(scene, reading, DelayAndLag { delay_s, lag_s });
     }
     let early = reading.each(|series| by.anticipated(series, scene.cycle_s));
-    early.less(reading)
+    early.minus(reading)
 }
 
 /// Change of a reading in each cycle.

@@ -72,7 +72,7 @@ impl LoadEffect {
 
     /// Its part of the reading with parameters from a model file; missing ones are 0 or their default.
     pub fn contribution(&self, scene: &Scene, parameters: &BTreeMap<String, f64>) -> Column {
-        contribution(scene, &[(self, self.given(parameters))])
+        contribution(scene, &[(self, self.values_or_defaults(parameters))])
     }
 
     /// Difference quotient of a part with respect to a coefficient, at zero. Its step, a millionth of the plausible range, is a
@@ -104,7 +104,7 @@ impl LoadEffect {
     fn part(&self, scene: &Scene, p: Values<'_>) -> Option<Column> {
         let part = self.change(scene, &scene.reading, p)?;
         Some(match self.acts_on_reading() {
-            true => scene.shown(part),
+            true => scene.on_measured_axes(part),
             false => as_read(scene, part, &[]),
         })
     }
@@ -131,10 +131,10 @@ impl LoadEffect {
 }
 
 /// An effect with its parameters, in the order of the catalogue.
-pub type Valued<'a> = (&'a LoadEffect, Vec<f64>);
+pub type ValuedEffect<'a> = (&'a LoadEffect, Vec<f64>);
 
 /// Change of the reading by effects together, in addition to those of the model.
-pub fn contribution(scene: &Scene, effects: &[Valued<'_>]) -> Column {
+pub fn contribution(scene: &Scene, effects: &[ValuedEffect<'_>]) -> Column {
     Loaded::by(scene, effects).read()
 }
 
@@ -142,12 +142,12 @@ pub fn contribution(scene: &Scene, effects: &[Valued<'_>]) -> Column {
 pub struct Loaded<'a> {
     scene: &'a Scene,
     load: Column,
-    whole: Vec<Valued<'a>>,
+    whole: Vec<ValuedEffect<'a>>,
 }
 
 impl<'a> Loaded<'a> {
     /// The load and the whole-reading effects among these effects.
-    pub fn by(scene: &'a Scene, effects: &[Valued<'a>]) -> Self {
+    pub fn by(scene: &'a Scene, effects: &[ValuedEffect<'a>]) -> Self {
         let mut load = Column::default();
         for (law, p) in effects.iter().filter(|(law, _)| !law.acts_on_reading()) {
             load.add(&law.change_if_any(scene, &scene.reading, p).0);
@@ -172,18 +172,18 @@ impl<'a> Loaded<'a> {
     }
 
     /// Additional change of the reading by a further effect that acts on the whole reading.
-    pub fn added(&self, effect: Valued<'a>) -> Column {
+    pub fn added(&self, effect: ValuedEffect<'a>) -> Column {
         let with = [&self.whole[..], &[effect]].concat();
-        as_read(self.scene, self.load.clone(), &with).less(&self.read())
+        as_read(self.scene, self.load.clone(), &with).minus(&self.read())
     }
 }
 
 /// Change of the reading by a further load. Effects that act on the whole reading (a delay, a gain) act on the total load of the
 /// sensor: first those of the model, then `whole`.
-fn as_read(scene: &Scene, load: Column, whole: &[Valued<'_>]) -> Column {
-    let known = known(&scene.model, &scene.model.effects);
+fn as_read(scene: &Scene, load: Column, whole: &[ValuedEffect<'_>]) -> Column {
+    let known = effects_on_reading(&scene.model, &scene.model.effects);
     if whole.is_empty() && known.iter().all(|(law, _)| !law.acts_on_load()) {
-        return scene.shown(load);
+        return scene.on_measured_axes(load);
     }
     let mut reading = scene.load.clone();
     reading.add(&load.0);
@@ -191,14 +191,14 @@ fn as_read(scene: &Scene, load: Column, whole: &[Valued<'_>]) -> Column {
         let change = law.change_if_any(scene, &reading, p);
         reading.add(&change.0);
     }
-    scene.shown(reading.less(&scene.reading))
+    scene.on_measured_axes(reading.minus(&scene.reading))
 }
 
 /// Effects of a model file that act on the whole reading.
-fn known(model: &Model, effects: &[EffectModel]) -> Vec<Valued<'static>> {
+fn effects_on_reading(model: &Model, effects: &[EffectModel]) -> Vec<ValuedEffect<'static>> {
     let laws = effects.iter().filter_map(|effect| {
         let law = LoadEffect::find(model, &effect.id)?;
-        Some((law, law.given(&effect.parameters)))
+        Some((law, law.values_or_defaults(&effect.parameters)))
     });
     laws.filter(|(law, _)| law.acts_on_reading()).collect()
 }
@@ -206,13 +206,13 @@ fn known(model: &Model, effects: &[EffectModel]) -> Vec<Valued<'static>> {
 /// Number of samples at the end of a stretch without gaps whose motion lies beyond its end: a drive is commanded a delay before
 /// it moves, and a clock may be late.
 pub fn beyond_the_end(scene: &Scene) -> usize {
-    let known = known(&scene.model, &scene.model.effects).into_iter();
+    let known = effects_on_reading(&scene.model, &scene.model.effects).into_iter();
     let acting = known.filter(|(effect, _)| effect.acts(scene));
     let ahead = acting.filter_map(|(effect, p)| match effect.effect.law {
         Law::Actuator(Actuator {
             late: Some(law), ..
         }) => Some(law(&p).delay_s),
-        Law::Apart(law) => Some(law(&p)),
+        Law::ClockOffset(law) => Some(law(&p)),
         _ => None,
     });
     (ahead.sum::<f64>().max(0.0) / scene.cycle_s).ceil() as usize
@@ -238,7 +238,7 @@ impl LoadOfEach {
         };
         let of = |effect: &EffectModel| {
             let law = LoadEffect::find(&scene.model, &effect.id)?;
-            let p = law.given(&effect.parameters);
+            let p = law.values_or_defaults(&effect.parameters);
             let load = (!law.acts_on_reading()).then(|| {
                 let computed = || law.change_if_any(scene, &scene.reading, &p).into();
                 same(effect).unwrap_or_else(computed)
@@ -259,7 +259,7 @@ pub fn add_known(scene: &mut Scene, effects: &[EffectModel], before: &LoadOfEach
         scene.reading.add(&load.0);
     }
     scene.load = scene.reading.clone();
-    for (law, p) in known(&scene.model, effects) {
+    for (law, p) in effects_on_reading(&scene.model, effects) {
         let change = law.change_if_any(scene, &scene.reading, &p);
         scene.reading.add(&change.0);
     }

@@ -191,7 +191,7 @@ impl Scene {
             .map(|(wall, number)| Touch::of(wall, number, &pose, &motion))
             .collect();
         let m_from_c = pose.iter().map(|p| turned_back(&p.rotation)).collect();
-        let docked = Docked::over(&model.contact.docking, cycle_s, &pose, &motion, &steps);
+        let docked = Docked::along(&model.contact.docking, cycle_s, &pose, &motion, &steps);
         let nominal = Column::of(pose.len(), |n| {
             (load.wrench(&pose[n], &motion[n]) + load.docked(&docked, n)).get()
         });
@@ -265,7 +265,7 @@ impl Scene {
     }
 
     /// The reading on the measured axes alone.
-    pub fn shown(&self, mut reading: Column) -> Column {
+    pub fn on_measured_axes(&self, mut reading: Column) -> Column {
         let hidden = reading.0.iter_mut().zip(self.measured);
         hidden
             .filter(|(_, measured)| !measured)
@@ -325,8 +325,8 @@ impl Scene {
     }
 
     /// Change of the reading by the effects of the model file.
-    pub fn known(&self) -> Column {
-        self.shown(self.reading.clone().less(&self.nominal))
+    pub fn change_by_known_effects(&self) -> Column {
+        self.on_measured_axes(self.reading.clone().minus(&self.nominal))
     }
 
     /// Reading of a force in C on a point of M.
@@ -434,7 +434,7 @@ impl Scene {
             return Cow::Borrowed(&self.docked);
         }
         let docking = &model.contact.docking;
-        Cow::Owned(Docked::over(
+        Cow::Owned(Docked::along(
             docking,
             self.cycle_s,
             &self.pose,
@@ -449,7 +449,7 @@ impl Scene {
             return Column::default();
         }
         let s_from_m = self.m_from_s.inverse();
-        let other = Docked::over(
+        let other = Docked::along(
             settings,
             self.cycle_s,
             &self.pose,

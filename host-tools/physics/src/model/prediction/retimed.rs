@@ -15,7 +15,7 @@ impl Model {
     /// Offset of its clocks, s: poses are stamped so much later than wrenches of the same instant.
     pub fn clock_offset_s(&self) -> f64 {
         self.of_clock(|law, p| match law {
-            Law::Apart(law) => law(p),
+            Law::ClockOffset(law) => law(p),
             _ => 0.0,
         })
     }

@@ -31,7 +31,7 @@ impl RobotAxes {
     }
 
     /// Rates that the wire carried in a cycle, m/s and rad/s; `None` if the answer does not match the motion that the board sent.
-    pub fn sent(&self, last: Option<&CycleRecord>, cycle: &CycleRecord) -> Option<Six> {
+    pub fn sent_rates(&self, last: Option<&CycleRecord>, cycle: &CycleRecord) -> Option<Six> {
         let counts = cycle.output.correction;
         let before = match self.mode {
             CorrectionMode::Relative => [0; 6],
@@ -58,14 +58,14 @@ impl RobotAxes {
 
 /// Map between the rates of the angles about x, y and z and an angular velocity in axes of M.
 #[derive(Clone, Copy, Debug)]
-pub struct Turned {
+pub struct AngleRateMap {
     sin_b: f64,
     cos_b: f64,
     sin_c: f64,
     cos_c: f64,
 }
 
-impl Turned {
+impl AngleRateMap {
     /// Half-way between two telegrams; `None` if one of them has no pose.
     pub fn between(last: &CycleRecord, cycle: &CycleRecord) -> Option<Self> {
         let (from, to) = (last.inputs.robot.pose?, cycle.inputs.robot.pose?);
@@ -122,7 +122,7 @@ mod tests {
     fn rates_and_velocity_belong_together() {
         let (from, to) = ([PI - 0.001, -0.5, 0.6], [PI + 0.002 - TAU, -0.502, 0.604]);
         let rates = [0.1, 0.2, 0.3, 0.004, -0.002, 0.003];
-        let turned = Turned::between(&at(from), &at(to)).unwrap();
+        let turned = AngleRateMap::between(&at(from), &at(to)).unwrap();
         let velocity = turned.velocity(&rates);
         let [from, to] = [from, to].map(|abc| orientation_from_abc::<f64>(&abc));
         let exact = (from.inverse() * to).scaled_axis();
@@ -144,10 +144,10 @@ mod tests {
         let mut cycle = CycleRecord::default();
         cycle.trace.sent_velocity[0] = 0.01; // 40 µm in a cycle
         cycle.output.correction = [400, 0, 0, 100, 0, 0];
-        let sent = axes.sent(None, &cycle).unwrap();
+        let sent = axes.sent_rates(None, &cycle).unwrap();
         assert!((sent[0] - 0.01).abs() < 1e-12);
         assert!((sent[5] - 0.01_f64.to_radians() / 0.004).abs() < 1e-12);
         cycle.output.correction[0] = 390;
-        assert_eq!(axes.sent(None, &cycle), None);
+        assert_eq!(axes.sent_rates(None, &cycle), None);
     }
 }

@@ -4,7 +4,7 @@ use super::differences::{
     acceleration_of_means, acceleration_of_samples, noise_of, taps_of_first, taps_of_second,
     velocity_of_means,
 };
-use super::robot_axes::{RobotAxes, Turned};
+use super::robot_axes::{AngleRateMap, RobotAxes};
 use crate::model::Model;
 use crate::model::load::{
     Followed, angle_about, angles, pose_of, turn_between, turned_since_first,
@@ -160,7 +160,7 @@ impl<'a> Signals<'a> {
     }
 
     /// The same signals with other values in their cycles.
-    pub fn with<'b>(&self, cycles: &'b [CycleRecord]) -> Signals<'b> {
+    pub fn with_cycles<'b>(&self, cycles: &'b [CycleRecord]) -> Signals<'b> {
         Signals {
             cycles,
             steps: self.steps.clone(),
@@ -260,7 +260,10 @@ impl<'a> Signals<'a> {
     pub fn sent_rates(&self, n: usize) -> Six {
         let cycle = &self.cycles[n];
         let last = n.checked_sub(1).and_then(|last| self.cycles.get(last));
-        let wire = self.axes.as_ref().and_then(|axes| axes.sent(last, cycle));
+        let wire = self
+            .axes
+            .as_ref()
+            .and_then(|axes| axes.sent_rates(last, cycle));
         let sent = wire.unwrap_or_else(|| {
             let meant = cycle.trace.sent_velocity;
             self.turned(n).map_or(meant, |turned| turned.rates(&meant))
@@ -270,9 +273,9 @@ impl<'a> Signals<'a> {
 
     /// Map from the rates of the robot's axes to a velocity in the cycle that ended with cycle n; `None` where the rates are the
     /// velocity.
-    pub fn turned(&self, n: usize) -> Option<Turned> {
+    pub fn turned(&self, n: usize) -> Option<AngleRateMap> {
         self.axes.as_ref()?;
-        Turned::between(self.cycles.get(n.checked_sub(1)?)?, self.cycles.get(n)?)
+        AngleRateMap::between(self.cycles.get(n.checked_sub(1)?)?, self.cycles.get(n)?)
     }
 
     /// Whether cycle n has an acceleration of its own. At either end of a stretch of poses without commands it is that of the

@@ -63,7 +63,7 @@ impl Nominal {
         executed: &ChannelPrediction,
     ) -> Self {
         let cycles = retimed(model, signals, intervals_s);
-        let placed = cycles.as_ref().map(|cycles| signals.with(cycles));
+        let placed = cycles.as_ref().map(|cycles| signals.with_cycles(cycles));
         let signals = placed.as_ref().unwrap_or(signals);
         let mut load = NoisyLoad::new(model, signals);
         let sensor = six(model.noise.force_n, model.noise.torque_n_m);

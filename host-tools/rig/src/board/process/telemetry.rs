@@ -87,7 +87,7 @@ async fn run(telemetry: Telemetry, slots: Slots, clock: &RealClock, shared: &Sha
     let mut buffers = vec![Datagram::new(); DATAGRAMS];
     let mut datagrams = Channel::<CriticalSectionRawMutex, _>::new(&mut buffers);
     let (made, waiting) = datagrams.split();
-    let (stream, machine) = (Stream::new(boot()), || shared.machine().told());
+    let (stream, machine) = (Stream::new(boot()), || shared.machine().to_machine());
     join(
         encode(slots, made, clock, stream, &announcement, machine),
         transmit(waiting, &mut sink, recorder),

@@ -102,7 +102,7 @@ impl Emulator {
     ///
     /// # Errors
     /// The system does not tell.
-    pub(super) fn ended(&mut self) -> Result<Option<ExitStatus>> {
+    pub(super) fn exit_status(&mut self) -> Result<Option<ExitStatus>> {
         self.child.try_wait().context("cannot look after QEMU")
     }
 }

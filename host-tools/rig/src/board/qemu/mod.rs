@@ -119,7 +119,7 @@ impl Qemu {
 /// Waits for Ctrl-C, or for QEMU to die.
 fn supervise(emulator: &mut Emulator, stop: &AtomicBool) -> Result<()> {
     while !stop.load(Ordering::Relaxed) {
-        if let Some(status) = emulator.ended()? {
+        if let Some(status) = emulator.exit_status()? {
             bail!("QEMU ended by itself ({status}); what it said stands above");
         }
         thread::sleep(POLL_INTERVAL);

@@ -116,7 +116,7 @@ fn acts(hidden: &Hidden, settings: &RigSettings) -> Result<()> {
         "`of_intervals` is 1: the clock of the simulated rig keeps its rate; allowed is 0"
     );
     let offset_s = match hidden.effect()?.law {
-        Law::Apart(law) => law(&hidden.effect()?.values(&hidden.parameters)),
+        Law::ClockOffset(law) => law(&hidden.effect()?.values(&hidden.parameters)),
         _ => 0.0,
     };
     let delay_s = settings.robot.actuator.delay_s;

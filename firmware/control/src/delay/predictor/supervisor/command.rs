@@ -217,7 +217,7 @@ mod tests {
             let reference = supervisor.reference(&contact, &observer, &contact.velocity);
             let executed = 75.0 + supervisor.model.execution_delay(0);
             let end = reference.end(CYCLE_S);
-            let of = |cycle: f64| reference.preload.left(cycle);
+            let of = |cycle: f64| reference.preload.remaining_fraction(cycle);
             assert_eq!(of(executed), 1.0);
             match expected {
                 None => assert_eq!(of(1e3), 1.0, "{actuator:?} {zeta}"),

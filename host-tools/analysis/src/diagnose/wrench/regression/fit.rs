@@ -1,13 +1,13 @@
 //! Fits a hypothesis to rows of the logs: refines its shapes, solves for its coefficients, and tells which values cannot be.
 
-use super::fitted::Fitted;
+use super::fitted::{Fitted, FittedParameter};
 use super::hypothesis::{Hypothesis, Part};
 use super::joint::Joint;
 use super::memo::Key;
 use super::problem::{Problem, Solution};
 use super::refined::Refined;
 use super::shaped::{Care, Shaped};
-use super::tested::Tested;
+use super::tested::TestedHypothesis;
 use super::variants::Library;
 use crate::diagnose::evidence::Foretold;
 use softdock_physics::effects::Difference;
@@ -19,7 +19,11 @@ use softdock_statistics::DEVIATIONS_95;
 use std::collections::BTreeMap;
 
 /// Fits a hypothesis to all logs, with the effort of a screening.
-pub(crate) fn tested(library: &Library, hypothesis: &Hypothesis, joint: &Joint) -> Tested {
+pub(crate) fn tested(
+    library: &Library,
+    hypothesis: &Hypothesis,
+    joint: &Joint,
+) -> TestedHypothesis {
     let mut tested = fitted_to(&joint.problem, library, hypothesis, joint, Care::Screening);
     tested.beyond_rounding = joint.gain_beyond_rounding(&tested);
     tested
@@ -32,7 +36,7 @@ pub(crate) fn fitted_to(
     hypothesis: &Hypothesis,
     joint: &Joint,
     care: Care,
-) -> Tested {
+) -> TestedHypothesis {
     let key = key([problem, &joint.problem], library, hypothesis, care);
     let fit = || fit(problem, library, hypothesis, joint, care);
     joint.memo.fit(key, fit)
@@ -44,7 +48,7 @@ fn fit(
     hypothesis: &Hypothesis,
     joint: &Joint,
     care: Care,
-) -> Tested {
+) -> TestedHypothesis {
     let mut shaped = Shaped::new(joint, problem, library, &hypothesis.parts);
     let mut refined = Refined::of(hypothesis, &mut shaped, library, joint, care);
     let (solution, white) = solved(hypothesis, &mut shaped, library, &refined, care);
@@ -54,7 +58,7 @@ fn fit(
     let (effects, wrong) = effects_of(hypothesis, &solution, library, refined, joint);
     let first = joint.logs.iter().take(1);
     let known = first.flat_map(|log| &log.scene.model.effects);
-    Tested {
+    TestedHypothesis {
         effects,
         beside: known.map(|e| e.id.clone()).collect(),
         to_explain: problem.chi2,
@@ -87,7 +91,7 @@ fn solved(
     } else {
         exact(solution, shaped, shapes)
     };
-    match shaped.together(&solution, shapes, refined.steps(), care) {
+    match shaped.solve_together(&solution, shapes, refined.steps(), care) {
         Some(together) => together,
         None => {
             let white = shaped.sum(&solution.coefficients);
@@ -114,7 +118,12 @@ fn effects_of(
             if let Some(coefficient) = effect.coefficients.get(k) {
                 let value = solution.coefficients[at];
                 let deviation = refined.deviations.get(at).unwrap_or(&solution.sigma[at]);
-                parameters.insert(coefficient.name, (value, *deviation, coefficient.unit));
+                let parameter = FittedParameter {
+                    value,
+                    sigma: *deviation,
+                    unit: coefficient.unit,
+                };
+                parameters.insert(coefficient.name, parameter);
                 if solution.wrong.contains(&at)
                     || effect.is_implausible(model, coefficient.name, value)
                 {
@@ -124,8 +133,12 @@ fn effects_of(
             at += 1;
         }
         for (k, shape) in effect.shapes.iter().enumerate() {
-            let sigma = refined.sigmas.get(&(i, k)).copied().unwrap_or(0.0);
-            parameters.insert(shape.name, (refined.shapes[i][k], sigma, shape.unit));
+            let parameter = FittedParameter {
+                value: refined.shapes[i][k],
+                sigma: refined.sigmas.get(&(i, k)).copied().unwrap_or(0.0),
+                unit: shape.unit,
+            };
+            parameters.insert(shape.name, parameter);
         }
         effects.push(Fitted {
             beside_remainder: 1.0,
@@ -156,12 +169,12 @@ fn driving(effect: &Fitted, effects: &[Fitted], model: &Model) -> Option<String>
     } = own.effect.difference_of?;
     let name = own.parameters[place].name;
     let other_name = LoadEffect::find(model, of)?.parameters[of_place].name;
-    let (value, sigma, unit) = *effect.parameters.get(name)?;
+    let FittedParameter { value, sigma, unit } = *effect.parameters.get(name)?;
     let found = effects.iter().find(|one| one.id == of);
     let found = found.and_then(|one| one.parameters.get(other_name));
     let known = model.effects.iter().filter(|one| one.id == of);
     let known: f64 = known.filter_map(|one| one.parameters.get(other_name)).sum();
-    let (there, other_sigma, _) = found.copied().unwrap_or((0.0, 0.0, unit));
+    let (there, other_sigma) = found.map_or((0.0, 0.0), |other| (other.value, other.sigma));
     let whole = there + known;
     /// Slope with which it drives one way, as a share of that with which it brakes the other.
     const DRIVES: f64 = 0.1;

@@ -4,17 +4,28 @@ use crate::diagnose::evidence::Foretold;
 use softdock_physics::model::Model;
 use softdock_physics::model::load::Scene;
 use softdock_physics::model::load::effects::LoadEffect;
-use softdock_physics::model::load::loaded::Valued;
+use softdock_physics::model::load::loaded::ValuedEffect;
 use softdock_statistics::DEVIATIONS_95;
 use std::collections::BTreeMap;
+
+/// A fitted parameter.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FittedParameter {
+    /// Its value.
+    pub value: f64,
+    /// Standard deviation of the value; 0 for a choice.
+    pub sigma: f64,
+    /// Its unit.
+    pub unit: &'static str,
+}
 
 /// An effect with fitted parameters.
 #[derive(Clone, Debug)]
 pub(crate) struct Fitted {
     /// The effect's id.
     pub id: &'static str,
-    /// Value, standard deviation and unit of each parameter, by name; the deviation of a choice is 0.
-    pub parameters: BTreeMap<&'static str, (f64, f64, &'static str)>,
+    /// Its parameters by name.
+    pub parameters: BTreeMap<&'static str, FittedParameter>,
     /// Ratio of its amount beside a smooth remainder to its amount without one.
     pub beside_remainder: f64,
     /// Values of its parameters in other answers that the logs do not refute.
@@ -25,18 +36,18 @@ pub(crate) struct Fitted {
 
 impl Fitted {
     /// The effect of the catalogue with its values; `None` if the model of the scene has no such effect.
-    pub(crate) fn valued(&self, scene: &Scene) -> Option<Valued<'static>> {
+    pub(crate) fn valued(&self, scene: &Scene) -> Option<ValuedEffect<'static>> {
         let effect = LoadEffect::find(&scene.model, self.id)?;
         let values = self.parameters.iter();
-        let values = values.map(|(name, (value, _, _))| ((*name).to_owned(), *value));
-        Some((effect, effect.given(&values.collect())))
+        let values = values.map(|(name, parameter)| ((*name).to_owned(), parameter.value));
+        Some((effect, effect.values_or_defaults(&values.collect())))
     }
 
     /// The effect split into one term for each coefficient that is not 0, if it is linear in them; otherwise the effect itself.
     pub(crate) fn terms(&self, model: &Model) -> Vec<Self> {
         let effect = LoadEffect::find(model, self.id).filter(|effect| effect.is_linear());
         let names = effect.iter().flat_map(|effect| &effect.coefficients);
-        let given = |name: &&str| self.parameters.get(name).is_some_and(|p| p.0 != 0.0);
+        let given = |name: &&str| self.parameters.get(name).is_some_and(|p| p.value != 0.0);
         let names: Vec<&str> = names.map(|c| c.name).filter(given).collect();
         if names.len() < 2 {
             return vec![self.clone()];
@@ -44,8 +55,8 @@ impl Fitted {
         let term = |own: &&str| {
             let mut term = self.clone();
             for other in names.iter().filter(|name| name != &own) {
-                if let Some((value, _, _)) = term.parameters.get_mut(other) {
-                    *value = 0.0;
+                if let Some(parameter) = term.parameters.get_mut(other) {
+                    parameter.value = 0.0;
                 }
             }
             term
@@ -59,7 +70,7 @@ impl Fitted {
         let effect = LoadEffect::find(model, self.id)?;
         let mut details = effect.effect.detail_of.iter();
         let (_, plain) = details.find(|(_, plain)| !plain.is_empty())?;
-        let of = |name: &str| self.parameters.get(name).map_or(0.0, |p| p.0);
+        let of = |name: &str| self.parameters.get(name).map_or(0.0, |p| p.value);
         let parts = effect.coefficients.iter().zip(*plain);
         let parts: Vec<(f64, f64)> = parts.map(|(c, amount)| (of(c.name), *amount)).collect();
         let is_whole = parts
@@ -71,11 +82,11 @@ impl Fitted {
 
     /// Records how it stands beside a remainder: the ratio of its amount there, and `share`, a relative standard deviation that
     /// is added to those of all free parameters.
-    pub(crate) fn stand(&mut self, (amount, share): (f64, f64)) {
+    pub(crate) fn record_amount_ratio(&mut self, (amount, share): (f64, f64)) {
         self.beside_remainder = amount;
-        for (value, sigma, _) in self.parameters.values_mut() {
-            if *sigma > 0.0 {
-                *sigma = sigma.hypot(share * *value);
+        for parameter in self.parameters.values_mut() {
+            if parameter.sigma > 0.0 {
+                parameter.sigma = parameter.sigma.hypot(share * parameter.value);
             }
         }
     }
@@ -93,15 +104,15 @@ impl Fitted {
     }
 
     /// Whether its intervals exclude that it is absent.
-    pub(crate) fn is_told(&self, model: &Model) -> bool {
+    pub(crate) fn is_significant(&self, model: &Model) -> bool {
         LoadEffect::find(model, self.id)
-            .is_none_or(|effect| effect.is_told(|name| self.is_sure(name)))
+            .is_none_or(|effect| effect.is_significant(|name| self.is_sure(name)))
     }
 
     /// Without this effect the error on unseen data is `worse` times as large. If it has a single free parameter, that bounds its
     /// interval.
     pub(crate) fn foretells(&mut self, worse: f64) {
-        let free = self.parameters.values().filter(|p| p.1 > 0.0);
+        let free = self.parameters.values().filter(|p| p.sigma > 0.0);
         if let Some(share) = Foretold::bound(worse).filter(|_| free.count() == 1) {
             self.foretold = share;
         }
@@ -109,21 +120,22 @@ impl Fitted {
 
     /// Widens its intervals so that they include the values of another answer.
     pub(crate) fn hold(&mut self, other: &Self) {
-        for (name, (value, _, _)) in &other.parameters {
-            self.elsewhere.entry(name).or_default().push(*value);
+        for (name, parameter) in &other.parameters {
+            let values = self.elsewhere.entry(name).or_default();
+            values.push(parameter.value);
         }
     }
 
     /// 95 % interval of a parameter. It covers the values without and beside a remainder, as far as unseen data allow them, and
     /// the values of other answers that are not refuted. [0, 0] for a parameter that the effect has not.
     pub(crate) fn interval(&self, name: &str) -> [f64; 2] {
-        let Some((value, sigma, _)) = self.parameters.get(name) else {
+        let Some(FittedParameter { value, sigma, .. }) = self.parameters.get(name).copied() else {
             return [0.0; 2];
         };
         let beside = self.beside_remainder * value;
         let reach = DEVIATIONS_95 * sigma;
         let said = [value.min(beside) - reach, value.max(beside) + reach];
-        let own = self.foretold.within(*value, said);
+        let own = self.foretold.within(value, said);
         let others = self.elsewhere.get(name).into_iter().flatten();
         others.fold(own, |[low, high], other| {
             [low.min(*other), high.max(*other)]
@@ -138,9 +150,14 @@ mod tests {
     /// 2 ± 0.1 N alone, 0.9 times as much beside a remainder, 0.5 N beside another effect.
     #[test]
     fn an_interval_holds_what_other_answers_say() {
+        let force = |value: f64, sigma: f64| FittedParameter {
+            value,
+            sigma,
+            unit: "N",
+        };
         let of = |value: f64| Fitted {
             id: "guide_coulomb",
-            parameters: BTreeMap::from([("force_n", (value, 0.1, "N"))]),
+            parameters: BTreeMap::from([("force_n", force(value, 0.1))]),
             beside_remainder: 0.9,
             elsewhere: BTreeMap::new(),
             foretold: Foretold::UNKNOWN,
@@ -155,7 +172,7 @@ mod tests {
         assert_eq!(fitted.interval("smoothing_speed_m_s"), [0.0; 2]);
         // Without the effect the error is 1.1 times as large, and so it is with twice its amount.
         let mut vague = of(2.0);
-        vague.parameters.insert("force_n", (2.0, 3.0, "N"));
+        vague.parameters.insert("force_n", force(2.0, 3.0));
         vague.foretells(1.05);
         assert!(vague.interval("force_n")[0] < -3.0);
         vague.foretells(1.1);

@@ -13,7 +13,7 @@ impl Shaped<'_> {
     /// at most `steps` Gauss-Newton steps from `start`. Returns the solution and its whitened contribution. For an estimate the
     /// columns are replaced by the slopes at each point; for screening the column of each part alone is close enough. `None` if
     /// no part acts on another.
-    pub(crate) fn together(
+    pub(crate) fn solve_together(
         &mut self,
         start: &Solution,
         shapes: &[Vec<f64>],
@@ -25,7 +25,7 @@ impl Shaped<'_> {
             return None;
         }
         let mut best = start.clone();
-        let mut whole = self.whole(&best.coefficients, shapes);
+        let mut whole = self.joint_contribution(&best.coefficients, shapes);
         best.gain = whole.gain();
         for _ in 0..steps {
             if care == Care::Estimating {
@@ -34,7 +34,7 @@ impl Shaped<'_> {
             let Some(next) = self.stepped(&best.coefficients, &whole) else {
                 break;
             };
-            let there = self.whole(&next.coefficients, shapes);
+            let there = self.joint_contribution(&next.coefficients, shapes);
             let gain = there.gain();
             let rise = gain - best.gain;
             if rise.is_nan() || rise <= 0.0 {
@@ -61,7 +61,7 @@ impl Shaped<'_> {
                 let step = STEP * from.sigma[place];
                 let mut moved = from.coefficients.clone();
                 moved[place] += step;
-                let mut slope = self.whole(&moved, shapes).column;
+                let mut slope = self.joint_contribution(&moved, shapes).column;
                 subtract(&mut slope, &whole.column, 1.0);
                 slope.scale(1.0 / step);
                 self.problem.projected(slope)
@@ -190,7 +190,7 @@ impl Shaped<'_> {
                 let known = effect.parameters.iter();
                 let known = known.filter(|p| p.name == effect.shapes[k].name);
                 shapes[i][k] = known.fold(moved, |moved, p| {
-                    let [low, high] = effect.searched(p, self.joint.pace());
+                    let [low, high] = effect.search_range(p, self.joint.pace());
                     moved.clamp(low, high)
                 });
             }

@@ -6,7 +6,7 @@ use super::memo::Memo;
 use super::nuisance;
 use super::prepared_log::PreparedLog;
 use super::problem::{Problem, Segment, subtract};
-use super::tested::{SAME_NOISE, Tested};
+use super::tested::{SAME_NOISE, TestedHypothesis};
 use crate::diagnose::evidence::{self, strained};
 use nalgebra::DVector;
 use softdock_physics::model::load::effects::{LoadEffect, Pace, Sign};
@@ -31,6 +31,19 @@ pub(crate) struct Smooth {
     pub kappa: f64,
 }
 
+/// A nominal parameter as the logs estimate it.
+#[derive(Clone, Debug)]
+pub(crate) struct NominalEstimate {
+    /// Its name.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// Standard deviation of the value.
+    pub sigma: f64,
+    /// By how many tolerances the value is off.
+    pub tolerances: f64,
+}
+
 /// All logs with one regression.
 pub(crate) struct Joint {
     /// The logs; the first ones are those of the fit.
@@ -47,7 +60,7 @@ pub(crate) struct Joint {
     levels: [f64; 2],
     /// Indices of nominal parameters that are held at their values, because they would have to move further than their tolerances
     /// allow.
-    frozen: Vec<usize>,
+    held: Vec<usize>,
     /// A smooth remainder is among the columns of the tolerances.
     pub(crate) has_remainder: bool,
     /// Fits and columns that the searches of this diagnosis have computed.
@@ -91,11 +104,15 @@ impl Joint {
             problem,
             known: 0.0,
             levels: [0.0; 2],
-            frozen: Vec::new(),
+            held: Vec::new(),
             has_remainder: false,
             memo: Arc::clone(memo),
         };
-        let mut known: Vec<Column> = joint.logs.iter().map(|log| log.scene.known()).collect();
+        let mut known: Vec<Column> = joint
+            .logs
+            .iter()
+            .map(|log| log.scene.change_by_known_effects())
+            .collect();
         known.iter_mut().for_each(|column| column.scale(-1.0));
         let nothing = joint.problem.whitened(&known.iter().collect::<Vec<_>>());
         let (before, now) = (joint.squares(&nothing), joint.squares(&Column::default()));
@@ -151,7 +168,7 @@ impl Joint {
 
     /// Adds a smooth remainder: its functions join the columns of the tolerances, with priors as these, and the noise on its axes
     /// is raised.
-    pub(crate) fn stand_beside(&mut self, smooth: &Smooth) {
+    pub(crate) fn add_remainder(&mut self, smooth: &Smooth) {
         for (log, functions) in self.logs.iter_mut().zip(&smooth.functions) {
             log.tolerances.extend(functions.iter().cloned());
             for axis in &smooth.axes {
@@ -163,7 +180,7 @@ impl Joint {
     }
 
     /// Removes the smooth remainder again.
-    pub(crate) fn stand_alone(&mut self, smooth: &Smooth) {
+    pub(crate) fn remove_remainder(&mut self, smooth: &Smooth) {
         let kept = self.all_tolerances() - smooth.functions.first().map_or(0, Vec::len);
         for log in &mut self.logs {
             log.tolerances.truncate(kept);
@@ -171,7 +188,7 @@ impl Joint {
                 log.noise_model[axis.index()].sigma /= smooth.kappa.sqrt();
             }
         }
-        self.frozen.retain(|k| *k < kept);
+        self.held.retain(|k| *k < kept);
         self.problem = self.of_rows(|_, _| true);
         self.has_remainder = false;
     }
@@ -179,7 +196,7 @@ impl Joint {
     /// By how much χ² of each log, before any new effect, is larger than in another regression with the same noise. `None` where
     /// both hold the same nominal parameters, or the noise differs.
     pub(crate) fn more_to_explain_than(&self, other: &Self) -> Option<Vec<f64>> {
-        let held = |joint: &Self| joint.frozen.iter().copied().collect::<BTreeSet<usize>>();
+        let held = |joint: &Self| joint.held.iter().copied().collect::<BTreeSet<usize>>();
         let noise = |joint: &Self| -> Vec<f64> {
             let each = joint.logs.iter().flat_map(|log| &log.noise_model);
             each.map(|noise| noise.sigma).collect()
@@ -194,11 +211,11 @@ impl Joint {
     }
 
     /// A hypothesis with its gain and evidence in this regression, its parameters unchanged.
-    pub(crate) fn valued(&self, tested: Tested) -> Tested {
+    pub(crate) fn valued(&self, tested: TestedHypothesis) -> TestedHypothesis {
         let white = self.white_part(Some(&tested));
         let gains = self.problem.gains(&white);
         let gain = self.problem.gain_of(&white);
-        Tested {
+        TestedHypothesis {
             evidence: tested.evidence - tested.gain + gain,
             to_explain: self.problem.chi2,
             gain,
@@ -241,7 +258,7 @@ impl Joint {
 
     /// The regression of those rows for which `keeps`, called with log and row, is true.
     pub(crate) fn of_rows(&self, keeps: impl Fn(usize, usize) -> bool) -> Problem {
-        problem(&self.logs, &self.frozen, keeps)
+        problem(&self.logs, &self.held, keeps)
     }
 
     /// The regression of the logs of the fit.
@@ -263,14 +280,14 @@ impl Joint {
 
     /// Holds nominal parameters at their values that would have to move too far beside a hypothesis. Returns whether there are
     /// any.
-    pub(crate) fn freeze_strained(&mut self, tested: Option<&Tested>) -> bool {
+    pub(crate) fn hold_strained(&mut self, tested: Option<&TestedHypothesis>) -> bool {
         let taken = self.problem.tolerances_with(&self.white_part(tested));
         let open: Vec<usize> = self.open_tolerances().collect();
         let strained = strained(taken.as_slice(), self.problem.informed());
         let strained: Vec<usize> = strained.iter().map(|k| open[*k]).collect();
         let any = !strained.is_empty();
         if any {
-            self.frozen.extend(strained);
+            self.held.extend(strained);
             self.problem = self.of_rows(|_, _| true);
         }
         any
@@ -283,25 +300,24 @@ impl Joint {
 
     /// Indices of those that may move within their tolerance.
     pub(crate) fn open_tolerances(&self) -> impl Iterator<Item = usize> {
-        (0..self.all_tolerances()).filter(|i| !self.frozen.contains(i))
+        (0..self.all_tolerances()).filter(|i| !self.held.contains(i))
     }
 
-    /// Nominal parameters beside a hypothesis: name, value, standard deviation, and by how many tolerances the value is off.
-    /// Parameters of which the logs say nothing are left out. The amounts of the hypothesis, and of the `earlier` effects that
+    /// Nominal parameters beside a hypothesis. Parameters of which the logs say nothing are left out. The amounts of the hypothesis, and of the `earlier` effects that
     /// the residual is already without, are estimated together with them, so that a parameter for which an effect stands is left
     /// out, too.
     pub(crate) fn nominal(
         &self,
         earlier: &[Fitted],
-        tested: Option<&Tested>,
-    ) -> Vec<(String, f64, f64, f64)> {
+        tested: Option<&TestedHypothesis>,
+    ) -> Vec<NominalEstimate> {
         /// By this share the logs have to reduce the standard deviation of a parameter to say something of it.
         const SAYS: f64 = 0.05;
         let Some(first) = self.logs.first() else {
             return Vec::new();
         };
         let model = &first.scene.model;
-        let nothing = Tested::default();
+        let nothing = TestedHypothesis::default();
         let accepted = tested.unwrap_or(&nothing);
         let effects = earlier.iter().chain(&accepted.effects);
         let terms = effects.flat_map(|one| one.terms(model));
@@ -314,22 +330,19 @@ impl Joint {
         let each = self.open_tolerances().enumerate().filter_map(|(k, i)| {
             let nuisance = all.get(i)?;
             let [off, sigma] = after[k];
-            let value = nuisance.value + off * nuisance.tolerance;
             let says = sigma < 1.0 - SAYS;
-            says.then(|| {
-                (
-                    nuisance.name.clone(),
-                    value,
-                    sigma * nuisance.tolerance,
-                    off,
-                )
+            says.then(|| NominalEstimate {
+                name: nuisance.name.clone(),
+                value: nuisance.value + off * nuisance.tolerance,
+                sigma: sigma * nuisance.tolerance,
+                tolerances: off,
             })
         });
         each.collect()
     }
 
     /// What a hypothesis contributes to the reading of each log.
-    pub(crate) fn parts(&self, tested: Option<&Tested>) -> Vec<Column> {
+    pub(crate) fn parts(&self, tested: Option<&TestedHypothesis>) -> Vec<Column> {
         let of = |log: &PreparedLog| tested.map(|t| t.contribution(&log.scene));
         self.logs
             .iter()
@@ -339,12 +352,12 @@ impl Joint {
 
     /// Rms error of a hypothesis on the logs that no fit has seen (on all logs if there are none), in units of the data sheet's
     /// noise.
-    pub(crate) fn error_on_unseen(&self, tested: &Tested) -> f64 {
+    pub(crate) fn error_on_unseen(&self, tested: &TestedHypothesis) -> f64 {
         self.errors(tested)[1]
     }
 
     /// The same error on the logs of the fit, and on those that no fit has seen.
-    pub(crate) fn errors(&self, tested: &Tested) -> [f64; 2] {
+    pub(crate) fn errors(&self, tested: &TestedHypothesis) -> [f64; 2] {
         let first = if self.fitted < self.logs.len() {
             self.fitted
         } else {
@@ -400,21 +413,21 @@ impl Joint {
         (evidence::LAW * own > there).then(|| format!("{} of {times} times the reading", effect.id))
     }
 
-    fn white_part(&self, tested: Option<&Tested>) -> Column {
+    fn white_part(&self, tested: Option<&TestedHypothesis>) -> Column {
         let parts = self.parts(tested);
         self.problem.whitened(&parts.iter().collect::<Vec<_>>())
     }
 
     /// Sum of squares of what a hypothesis leaves of all readings, nominal parameters at their values. To be used where one axis
     /// is recorded, as forces and torques have different units.
-    pub(crate) fn squares_left(&self, tested: &Tested) -> f64 {
+    pub(crate) fn squares_left(&self, tested: &TestedHypothesis) -> f64 {
         let rests = self.rests(Some(tested), &[]);
         let all = rests.iter().flat_map(|rest| &rest.exact.0).flatten();
         all.map(|left| left * left).sum()
     }
 
     /// What one effect of a hypothesis contributes to all logs, whitened.
-    pub(crate) fn white_part_of(&self, tested: &Tested, one: &Fitted) -> Column {
+    pub(crate) fn white_part_of(&self, tested: &TestedHypothesis, one: &Fitted) -> Column {
         let logs = self.logs.iter();
         let parts: Vec<Column> = logs.map(|log| tested.part(&log.scene, one)).collect();
         self.problem.whitened(&parts.iter().collect::<Vec<_>>())
@@ -422,7 +435,7 @@ impl Joint {
 
     /// What a hypothesis and a smooth remainder leave of each log: whitened, and of the readings with the nominal parameters
     /// fitted and without.
-    pub(crate) fn rests(&self, tested: Option<&Tested>, smooth: &[Column]) -> Vec<Rest> {
+    pub(crate) fn rests(&self, tested: Option<&TestedHypothesis>, smooth: &[Column]) -> Vec<Rest> {
         let mut parts = self.parts(tested);
         for (part, smooth) in parts.iter_mut().zip(smooth) {
             part.add(&smooth.0);
@@ -486,7 +499,7 @@ impl Joint {
 
     /// By how much an effect reduces the squared distance of predictions from the intervals of rounded readings, see
     /// [`PreparedLog::gain_beyond_rounding`]; infinite without rounding.
-    pub(crate) fn gain_beyond_rounding(&self, tested: &Tested) -> f64 {
+    pub(crate) fn gain_beyond_rounding(&self, tested: &TestedHypothesis) -> f64 {
         if !self.is_rounded() {
             return f64::INFINITY;
         }
@@ -500,7 +513,7 @@ impl Joint {
     /// For each effect: the largest gain in χ² if one log gets an amount of its own, and the gain of the common amount beside the
     /// other effects. The latter is scaled as if that log and all others weighed the same, as an own amount of a log with little
     /// weight gains little.
-    pub(crate) fn contrasts(&self, tested: &Tested) -> Vec<[f64; 2]> {
+    pub(crate) fn contrasts(&self, tested: &TestedHypothesis) -> Vec<[f64; 2]> {
         let effects = tested.effects.iter();
         let parts: Vec<Column> = effects.map(|one| self.white_part_of(tested, one)).collect();
         let gain = |columns: &[&Column]| -> f64 {
@@ -532,13 +545,13 @@ impl Joint {
     }
 
     /// χ² beyond the number of values that is left after a fall by `gain`.
-    pub(crate) fn left(&self, gain: f64) -> f64 {
+    pub(crate) fn remaining_chi2(&self, gain: f64) -> f64 {
         self.problem.chi2 - gain - self.problem.count as f64
     }
 
     /// Whether more is left than errors of an effect's form; always so beside a remainder.
     pub(crate) fn has_much_left(&self, gain: f64) -> bool {
-        self.has_remainder || self.left(gain) > MUCH * self.problem.count as f64
+        self.has_remainder || self.remaining_chi2(gain) > MUCH * self.problem.count as f64
     }
 }
 
@@ -552,11 +565,7 @@ pub(crate) struct Rest {
     pub exact: Column,
 }
 
-fn problem(
-    logs: &[PreparedLog],
-    frozen: &[usize],
-    keeps: impl Fn(usize, usize) -> bool,
-) -> Problem {
+fn problem(logs: &[PreparedLog], held: &[usize], keeps: impl Fn(usize, usize) -> bool) -> Problem {
     let segment = |(k, log): (usize, &PreparedLog)| Segment {
         noise_model: log.noise_model,
         fresh: (0..log.fresh.len())
@@ -567,7 +576,7 @@ fn problem(
     let residuals: Vec<&Column> = logs.iter().map(|log| &log.residual).collect();
     let open = |log: &PreparedLog| -> Vec<Column> {
         let all = log.tolerances.iter().enumerate();
-        let open = all.filter(|(i, _)| !frozen.contains(i));
+        let open = all.filter(|(i, _)| !held.contains(i));
         open.map(|(_, column)| column.clone()).collect()
     };
     let tolerances: Vec<Vec<Column>> = logs.iter().map(open).collect();

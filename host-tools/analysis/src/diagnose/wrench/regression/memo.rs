@@ -1,7 +1,7 @@
 //! What the searches of one diagnosis have computed before: they come upon the same hypotheses, and the same columns, again and again.
 
 use super::problem::Projected;
-use super::tested::Tested;
+use super::tested::TestedHypothesis;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -17,7 +17,7 @@ pub(crate) type Built = Option<Arc<[Projected]>>;
 /// The memo of one diagnosis.
 #[derive(Default)]
 pub(crate) struct Memo {
-    fits: Mutex<HashMap<Key, Tested>>,
+    fits: Mutex<HashMap<Key, TestedHypothesis>>,
     columns: Mutex<Generations>,
 }
 
@@ -32,7 +32,7 @@ struct Generations {
 
 impl Memo {
     /// A fit that was made before, or is made now.
-    pub(crate) fn fit(&self, key: Key, fit: impl FnOnce() -> Tested) -> Tested {
+    pub(crate) fn fit(&self, key: Key, fit: impl FnOnce() -> TestedHypothesis) -> TestedHypothesis {
         let known = locked(&self.fits).get(&key).cloned();
         known.unwrap_or_else(|| {
             let fit = fit();

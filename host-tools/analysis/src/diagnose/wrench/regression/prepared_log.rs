@@ -58,7 +58,10 @@ impl PreparedLog {
             *sigma = sigma.hypot(sampling.lsb[axis / 3] / 12.0_f64.sqrt());
         }
         let tolerances = nuisance::columns(model, &scene);
-        let tolerances: Vec<Column> = tolerances.into_iter().map(|c| scene.shown(c)).collect();
+        let tolerances: Vec<Column> = tolerances
+            .into_iter()
+            .map(|c| scene.on_measured_axes(c))
+            .collect();
         let apart = model.sensor.at_rest || is_sparse(&sampling.fresh);
         let whole = match apart {
             true => sampling.fresh.clone(),

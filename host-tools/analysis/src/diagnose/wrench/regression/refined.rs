@@ -79,7 +79,7 @@ impl Refined {
                 continue;
             }
             let range = match round {
-                0 => neighbours(at, &effect.tried(shape, pace)),
+                0 => neighbours(at, &effect.tried_values(shape, pace)),
                 _ => (NEAR.recip() * at, NEAR * at),
             };
             let range = plausible(effect, shape, at, range, pace);
@@ -137,7 +137,7 @@ fn plausible(
 ) -> (f64, f64) {
     let known = effect.parameters.iter().find(|p| p.name == shape.name);
     known.map_or((low, high), |p| {
-        let [least, most] = effect.searched(p, logs);
+        let [least, most] = effect.search_range(p, logs);
         (low.max(least).min(at), high.min(most).max(at))
     })
 }

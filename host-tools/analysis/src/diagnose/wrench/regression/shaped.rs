@@ -9,7 +9,7 @@ use super::variants::Library;
 use nalgebra::{DMatrix, DVector};
 use softdock_physics::model::load::Column;
 use softdock_physics::model::load::effects::{LoadEffect, Shape, Sign};
-use softdock_physics::model::load::loaded::{Loaded, Valued};
+use softdock_physics::model::load::loaded::{Loaded, ValuedEffect};
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -349,7 +349,11 @@ impl<'a> Shaped<'a> {
     }
 
     /// The effects with their values; `None` if there are fewer coefficients than columns.
-    fn valued(&self, coefficients: &[f64], shapes: &[Vec<f64>]) -> Option<Vec<Valued<'static>>> {
+    fn valued(
+        &self,
+        coefficients: &[f64],
+        shapes: &[Vec<f64>],
+    ) -> Option<Vec<ValuedEffect<'static>>> {
         let mut rest = coefficients.iter();
         let valued = |(part, shapes): (&Part, &Vec<f64>)| {
             let effect = self.effect(part);
@@ -366,7 +370,11 @@ impl<'a> Shaped<'a> {
     }
 
     /// The whitened contribution of all parts, evaluated together and not linearised.
-    pub(super) fn whole(&self, coefficients: &[f64], shapes: &[Vec<f64>]) -> Projected {
+    pub(super) fn joint_contribution(
+        &self,
+        coefficients: &[f64],
+        shapes: &[Vec<f64>],
+    ) -> Projected {
         let all = self.over_logs(coefficients, shapes, None, &|all| all.read());
         self.problem.projected(all.unwrap_or_default())
     }

@@ -3,7 +3,7 @@
 use super::fitted::Fitted;
 use crate::diagnose::finding::Trial;
 use softdock_physics::model::Channel;
-use softdock_physics::model::load::loaded::{Loaded, Valued, contribution};
+use softdock_physics::model::load::loaded::{Loaded, ValuedEffect, contribution};
 use softdock_physics::model::load::{Column, Scene};
 
 /// Largest relative difference of the total χ² to explain between fits under one noise model. A noise model that is estimated
@@ -12,7 +12,7 @@ pub(crate) const SAME_NOISE: f64 = 0.01;
 
 /// A hypothesis after its shapes were refined, with its evidence on all logs.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Tested {
+pub(crate) struct TestedHypothesis {
     /// Its effects.
     pub effects: Vec<Fitted>,
     /// Ids of effects that the model had already.
@@ -37,7 +37,7 @@ pub(crate) struct Tested {
     pub of_all_logs: Option<String>,
 }
 
-impl Tested {
+impl TestedHypothesis {
     pub(crate) fn trial(&self) -> Trial {
         Trial {
             effects: self.ids(),
@@ -90,13 +90,13 @@ impl Tested {
         self.effects.iter().map(|e| e.id.to_owned()).collect()
     }
 
-    fn valued(&self, scene: &Scene) -> Vec<Valued<'static>> {
+    fn valued(&self, scene: &Scene) -> Vec<ValuedEffect<'static>> {
         let effects = self.effects.iter();
         effects.filter_map(|one| one.valued(scene)).collect()
     }
 
     /// Its effects that do not move the reading in time.
-    pub(crate) fn loads(&self, scene: &Scene) -> Vec<Valued<'static>> {
+    pub(crate) fn loads(&self, scene: &Scene) -> Vec<ValuedEffect<'static>> {
         let mut loads = self.valued(scene);
         loads.retain(|(effect, _)| !effect.is_late());
         loads
@@ -125,12 +125,12 @@ mod tests {
     /// Held parameters leave more to explain, and what is left is the same.
     #[test]
     fn what_is_held_elsewhere_is_more_to_explain() {
-        let tried = Tested {
+        let tried = TestedHypothesis {
             to_explain: 1000.0,
             gain: 300.0,
             gains: vec![100.0, 200.0],
             evidence: 280.0,
-            ..Tested::default()
+            ..TestedHypothesis::default()
         };
         let held = tried.clone().with_more_to_explain(&[40.0, 60.0]);
         assert_eq!(held.to_explain - held.gain, tried.to_explain - tried.gain);

@@ -2,7 +2,7 @@
 
 use super::joint::Joint;
 use super::prepared_log::PreparedLog;
-use super::tested::Tested;
+use super::tested::TestedHypothesis;
 use nalgebra::{DMatrix, DVector};
 use softdock_physics::effects::mechanism::ABOUT_START;
 use softdock_physics::model::load::effects::{LoadEffect, Pace, Shape, Sign};
@@ -51,7 +51,7 @@ impl Library {
     pub(crate) fn new(joint: &Joint, excluded: &dyn Fn(&str) -> bool) -> Self {
         use rayon::prelude::*;
         let model = joint.logs.first().map(|log| &log.scene.model);
-        let wanted = wanted(joint, excluded);
+        let wanted = tried_variants(joint, excluded);
         let built: Vec<Option<Vec<Column>>> = wanted
             .par_iter()
             .map(|(effect, shapes)| {
@@ -96,7 +96,12 @@ impl Library {
     /// The same library around an answer: late effects also move the loads of the answer, and if the tried shapes are too far
     /// `apart`, the answer's effects are added at their own shapes. Without the latter, a delay that is off by half a step of its
     /// grid would leave a difference that any other effect could seem to explain. `None` if neither changes the library.
-    pub(crate) fn around(mut self, joint: &Joint, found: &Tested, apart: bool) -> Option<Self> {
+    pub(crate) fn around(
+        mut self,
+        joint: &Joint,
+        found: &TestedHypothesis,
+        apart: bool,
+    ) -> Option<Self> {
         let scenes = joint.logs.iter().map(|log| &log.scene);
         let loads: Vec<Loaded<'_>> = scenes
             .map(|scene| Loaded::by(scene, &found.loads(scene)))
@@ -151,18 +156,18 @@ impl Library {
         for variant in self.variants.iter_mut().filter(|v| v.effect.is_late()) {
             variant.columns = vec![self.columns.len()];
             self.columns
-                .push(moved(joint, of_logs, variant.effect, &variant.shapes));
+                .push(late_column(joint, of_logs, variant.effect, &variant.shapes));
         }
     }
 
     /// Adds the effects of an answer at their own shapes.
-    fn refine(&mut self, joint: &Joint, found: &Tested, of_logs: &[Loaded<'_>]) {
+    fn refine(&mut self, joint: &Joint, found: &TestedHypothesis, of_logs: &[Loaded<'_>]) {
         for fitted in &found.effects {
             let alike = self.variants.iter().find(|v| v.effect.id == fitted.id);
             let Some((effect, signs)) = alike.map(|v| (v.effect, v.signs.clone())) else {
                 continue;
             };
-            let shape = |shape: &Shape| fitted.parameters.get(shape.name).map_or(0.0, |p| p.0);
+            let shape = |shape: &Shape| fitted.parameters.get(shape.name).map_or(0.0, |p| p.value);
             let shapes: Vec<f64> = effect.shapes.iter().map(shape).collect();
             if self
                 .variants
@@ -172,7 +177,7 @@ impl Library {
                 continue;
             }
             let columns = match effect.is_late() && found.effects.len() > 1 {
-                true => Some(vec![moved(joint, of_logs, effect, &shapes)]),
+                true => Some(vec![late_column(joint, of_logs, effect, &shapes)]),
                 false => joint.columns(&joint.problem, effect, &shapes, &effect.places(), &[]),
             };
             let Some(columns) = columns else {
@@ -213,7 +218,7 @@ impl Library {
 }
 
 /// The whitened column of a late effect: what it adds to the given loads of each log.
-fn moved(
+fn late_column(
     joint: &Joint,
     of_logs: &[Loaded<'_>],
     effect: &'static LoadEffect,
@@ -264,7 +269,10 @@ impl Store {
 }
 
 /// Effects that are tried, with each combination of shapes.
-fn wanted(joint: &Joint, excluded: &dyn Fn(&str) -> bool) -> Vec<(&'static LoadEffect, Vec<f64>)> {
+fn tried_variants(
+    joint: &Joint,
+    excluded: &dyn Fn(&str) -> bool,
+) -> Vec<(&'static LoadEffect, Vec<f64>)> {
     let model = joint.logs.first().map(|log| &log.scene.model);
     let all = model.into_iter().flat_map(LoadEffect::all);
     // A commanded force went through no sensor, so a constant is an offset of the guide and no zero of a sensor.
@@ -312,7 +320,7 @@ fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
 fn combinations(effect: &LoadEffect, logs: Pace) -> Vec<Vec<f64>> {
     let mut all: Vec<Vec<f64>> = vec![Vec::new()];
     for shape in &effect.shapes {
-        let tried = effect.tried(shape, logs);
+        let tried = effect.tried_values(shape, logs);
         let with = |head: &Vec<f64>, value: &f64| head.iter().chain([value]).copied().collect();
         let each = all
             .iter()
@@ -389,7 +397,7 @@ mod tests {
     fn a_spring_rests_where_logs_begin_unless_these_are_opposite_ends() {
         let rests_at_start = |phases| {
             let joint = joint(phases);
-            let springs = wanted(&joint, &|id| id != "cable_stiffness");
+            let springs = tried_variants(&joint, &|id| id != "cable_stiffness");
             let place = |effect: &LoadEffect| {
                 let mut shapes = effect.shapes.iter();
                 shapes.position(|shape| shape.name == ABOUT_START.name)
@@ -409,7 +417,7 @@ mod tests {
     fn products_are_those_of_the_tolerances_that_were_open() {
         let mut joint = joint([[0.0, 16.0]]);
         let before = Library::new(&joint, &|_| false);
-        assert!(joint.freeze_strained(None));
+        assert!(joint.hold_strained(None));
         let (before, after) = (before.anew(&joint), Library::new(&joint, &|_| false));
         let again = after.gram.clone();
         assert_eq!(before.gram, again);

@@ -16,7 +16,7 @@ pub(crate) use ripple::{Ripple, ripples};
 use super::regression::fitted::Fitted;
 use super::regression::joint::{Joint, Smooth};
 use super::regression::problem::subtract;
-use super::regression::tested::Tested;
+use super::regression::tested::TestedHypothesis;
 use crate::diagnose::evidence;
 use crate::diagnose::noise::structure::SLOW_HZ;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -47,7 +47,7 @@ impl Standing {
     pub(crate) fn determines(&self, effect: &Fitted, model: &Model) -> bool {
         let (amount, deviation) = self.amount;
         let mut effect = effect.clone();
-        effect.stand(self.amount);
+        effect.record_amount_ratio(self.amount);
         amount > DEVIATIONS_95 * deviation && effect.is_determined(model)
     }
 }
@@ -57,7 +57,7 @@ impl Standing {
 pub(crate) fn standings(
     joint: &Joint,
     earlier: &[Fitted],
-    tested: &Tested,
+    tested: &TestedHypothesis,
     axes: &[Axis],
 ) -> Vec<Standing> {
     let regression = Regression::new(joint, earlier, tested, axes);
@@ -87,7 +87,7 @@ pub(crate) fn standings(
 }
 
 /// The smooth remainder beside a hypothesis, for a search beside it.
-pub(crate) fn smooth(joint: &Joint, tested: &Tested, axes: &[Axis]) -> Smooth {
+pub(crate) fn smooth(joint: &Joint, tested: &TestedHypothesis, axes: &[Axis]) -> Smooth {
     let regression = Regression::new(joint, &[], tested, axes);
     let all: Vec<usize> = (0..regression.effects.len()).collect();
     let fit = regression.fit(&all);
@@ -112,7 +112,7 @@ pub(crate) fn smooth(joint: &Joint, tested: &Tested, axes: &[Axis]) -> Smooth {
 
 /// 2 ln of the evidence for each hypothesis beside a remainder, less the prices of its parameters. All use the smallest `kappa`,
 /// that of the hypothesis that leaves least.
-pub(crate) fn worths(joint: &Joint, all: &[&Tested], axes: &[Axis]) -> Vec<f64> {
+pub(crate) fn worths(joint: &Joint, all: &[&TestedHypothesis], axes: &[Axis]) -> Vec<f64> {
     let mut regressions: Vec<Regression> = all
         .iter()
         .map(|tested| Regression::new(joint, &[], tested, axes))
@@ -121,7 +121,7 @@ pub(crate) fn worths(joint: &Joint, all: &[&Tested], axes: &[Axis]) -> Vec<f64> 
     let least = kappas.fold(f64::INFINITY, f64::min);
     let price = evidence::price(joint.problem.count);
     let both = regressions.iter_mut().zip(all);
-    let worth = |(regression, tested): (&mut Regression, &&Tested)| {
+    let worth = |(regression, tested): (&mut Regression, &&TestedHypothesis)| {
         regression.count_less(least / regression.kappa);
         let each: Vec<usize> = (0..regression.effects.len()).collect();
         let paid = price * tested.parameters as f64 + evidence::prior() * each.len() as f64;
@@ -154,7 +154,7 @@ impl Remainder {
 pub(crate) fn remainder(
     joint: &Joint,
     earlier: &[Fitted],
-    tested: &Tested,
+    tested: &TestedHypothesis,
     axes: &[Axis],
 ) -> Remainder {
     let regression = Regression::new(joint, earlier, tested, axes);
@@ -222,7 +222,7 @@ struct Fit {
 }
 
 impl Regression {
-    fn new(joint: &Joint, earlier: &[Fitted], tested: &Tested, axes: &[Axis]) -> Self {
+    fn new(joint: &Joint, earlier: &[Fitted], tested: &TestedHypothesis, axes: &[Axis]) -> Self {
         let problem = &joint.problem;
         let whole = |columns: &[Column]| problem.whitened(&columns.iter().collect::<Vec<_>>());
         let model = &joint.logs[0].scene.model;

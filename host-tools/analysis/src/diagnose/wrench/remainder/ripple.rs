@@ -5,7 +5,7 @@ use super::functions::Motion;
 use crate::diagnose::noise::structure::LINE;
 use crate::diagnose::wrench::regression::joint::Joint;
 use crate::diagnose::wrench::regression::prepared_log::PreparedLog;
-use crate::diagnose::wrench::regression::tested::Tested;
+use crate::diagnose::wrench::regression::tested::TestedHypothesis;
 use nalgebra::{DMatrix, DVector};
 use softdock_physics::model::Axis;
 use softdock_physics::optimise::brent;
@@ -151,7 +151,11 @@ impl Rest {
 }
 
 /// The ripples in what effects leave on some axes, the largest of each axis first.
-pub(crate) fn ripples(joint: &Joint, accepted: Option<&Tested>, axes: &[Axis]) -> Vec<Ripple> {
+pub(crate) fn ripples(
+    joint: &Joint,
+    accepted: Option<&TestedHypothesis>,
+    axes: &[Axis],
+) -> Vec<Ripple> {
     let rests = joint.rests(accepted, &[]);
     let of_axis = |axis: &Axis| {
         let each = joint.logs.iter().zip(&rests).map(|(log, rest)| {

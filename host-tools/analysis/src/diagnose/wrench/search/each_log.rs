@@ -1,23 +1,23 @@
 //! Whether the logs are of one machine in one state: finds effects whose amounts differ from log to log, or that one log alone
 //! shows.
 
-use super::{Disagreement, Work};
+use super::{AmountByLog, Disagreement, SearchState};
 use crate::diagnose::evidence::{self, DIFFERS, MOST};
 use crate::diagnose::wrench::left::{self, REMAINDER};
 use crate::diagnose::wrench::regression::fit::fitted_to;
 use crate::diagnose::wrench::regression::gram::dot;
 use crate::diagnose::wrench::regression::hypothesis::{Hypothesis, Part, evaluate};
 use crate::diagnose::wrench::regression::shaped::Care;
-use crate::diagnose::wrench::regression::tested::Tested;
+use crate::diagnose::wrench::regression::tested::TestedHypothesis;
 use rayon::prelude::*;
 use softdock_physics::model::load::Column;
 use softdock_physics::model::load::effects::Sign;
 use std::collections::{BTreeMap, BTreeSet};
 
 impl Disagreement {
-    pub(super) fn new(id: &'static str, each: &[Tested]) -> Self {
+    pub(super) fn new(id: &'static str, each: &[TestedHypothesis]) -> Self {
         // A log of which the fit explains nothing has no amount; the fit hands on the common one.
-        let of_log = |own: &Tested| {
+        let of_log = |own: &TestedHypothesis| {
             let mut effects = own.effects.iter().filter(|_| own.gain > 0.0);
             let effect = effects.find(|effect| effect.id == id);
             effect.map_or_else(BTreeMap::new, |effect| effect.parameters.clone())
@@ -25,16 +25,19 @@ impl Disagreement {
         let each: Vec<BTreeMap<_, _>> = each.iter().map(of_log).collect();
         let names = each
             .iter()
-            .flat_map(|own| own.iter().filter(|p| p.1.1 > 0.0));
-        let names: BTreeSet<(&str, &str)> = names.map(|(name, p)| (*name, p.2)).collect();
+            .flat_map(|own| own.iter().filter(|(_, p)| p.sigma > 0.0));
+        let names: BTreeSet<(&'static str, &'static str)> =
+            names.map(|(name, p)| (*name, p.unit)).collect();
         let values = |name: &str| {
             each.iter()
-                .map(|own| own.get(name).map_or(0.0, |p| p.0))
+                .map(|own| own.get(name).map_or(0.0, |p| p.value))
                 .collect()
         };
-        let amounts = names
-            .into_iter()
-            .map(|(name, unit)| (name, unit, values(name)));
+        let amounts = names.into_iter().map(|(name, unit)| AmountByLog {
+            name,
+            unit,
+            values: values(name),
+        });
         Self {
             id,
             amounts: amounts.collect(),
@@ -66,27 +69,28 @@ impl Disagreement {
         let of = self
             .amounts
             .iter()
-            .filter(move |(_, unit, values)| self.pairs().any(|pair| differ(values, unit, pair)));
-        of.map(|(_, unit, _)| *unit)
+            .filter(move |of| self.pairs().any(|pair| differ(&of.values, of.unit, pair)));
+        of.map(|amount| amount.unit)
     }
 
     /// Sum over all amounts in a unit of their products in two logs.
     fn product(&self, unit: &str, one: usize, other: usize) -> f64 {
-        let same = self.amounts.iter().filter(|amount| amount.1 == unit);
-        same.map(|(.., values)| values[one] * values[other]).sum()
+        let same = self.amounts.iter().filter(|amount| amount.unit == unit);
+        same.map(|amount| amount.values[one] * amount.values[other])
+            .sum()
     }
 
     fn pairs(&self) -> impl Iterator<Item = [usize; 2]> + use<> {
-        let logs = self.amounts.first().map_or(0, |amount| amount.2.len());
+        let logs = self.amounts.first().map_or(0, |amount| amount.values.len());
         (0..logs).flat_map(|one| (0..one).map(move |other| [one, other]))
     }
 }
 
-impl Work<'_> {
+impl SearchState<'_> {
     /// Effects about which the logs disagree: amounts of each log's own explain more than common ones. What is left in all logs
     /// even with own amounts is no difference between logs, and then such effects count only in two cases: the answer leaves most
     /// of one log, or own amounts explain most of what is left.
-    pub(crate) fn disagreeing(&self, accepted: Option<&Tested>) -> Vec<Disagreement> {
+    pub(crate) fn disagreeing(&self, accepted: Option<&TestedHypothesis>) -> Vec<Disagreement> {
         let one = self.of_one_log(accepted);
         let mut all: Vec<Disagreement> = one
             .iter()
@@ -124,7 +128,7 @@ impl Work<'_> {
 
     /// Whether an effect, with each log's own amounts, does more to the reading of any log than may be left of it without being called
     /// structure.
-    fn counts(&self, id: &str, each: &[Tested]) -> bool {
+    fn counts(&self, id: &str, each: &[TestedHypothesis]) -> bool {
         let problem = &self.joint.problem;
         let parts = each.iter().zip(&self.joint.logs).map(|(own, log)| {
             let effect = own.effects.iter().find(|effect| effect.id == id);
@@ -140,7 +144,7 @@ impl Work<'_> {
     }
 
     /// Effects of which one log shows half as much again as the others, in the sense of [`DIFFERS`], with enough evidence for it.
-    fn differing(&self, accepted: &Tested) -> Vec<&'static str> {
+    fn differing(&self, accepted: &TestedHypothesis) -> Vec<&'static str> {
         let each = self.joint.contrasts(accepted).into_iter();
         let each = each.zip(&accepted.effects);
         let differing = each.filter(|([own, common], _)| {
@@ -154,14 +158,14 @@ impl Work<'_> {
         &self,
         own: f64,
         amounts: usize,
-        accepted: &Tested,
+        accepted: &TestedHypothesis,
     ) -> bool {
         let explained = self.joint.explained(accepted.gain);
         evidence::disagree(own, explained, amounts, self.joint.problem.count)
     }
 
     /// Whether a hypothesis leaves more than [`MOST`] of a log, and nothing was known before it.
-    fn leaves_most_of_a_log(&self, accepted: &Tested) -> bool {
+    fn leaves_most_of_a_log(&self, accepted: &TestedHypothesis) -> bool {
         let mut logs = self.joint.problem.chi2_of_logs.iter().zip(&accepted.gains);
         self.joint.known <= 0.0 && logs.any(|(chi2, gain)| chi2 - gain > MOST * chi2)
     }
@@ -169,7 +173,7 @@ impl Work<'_> {
     /// Whether there is a log of which common amounts leave most, and of this rest the log's own amounts of the same effects
     /// explain most. The hypothesis is then about the other logs, whatever else all logs show. Nominal parameters are the same in
     /// all logs.
-    fn is_of_other_logs(&self, accepted: &Tested, each: &[Tested]) -> bool {
+    fn is_of_other_logs(&self, accepted: &TestedHypothesis, each: &[TestedHypothesis]) -> bool {
         let problem = &self.joint.problem;
         let own = self.gains(each);
         let amounts = accepted.parameters;
@@ -186,7 +190,7 @@ impl Work<'_> {
 
     /// Whether own amounts of each log explain most of the χ² that common amounts leave. A machine always leaves something for
     /// which no amounts are the cause.
-    fn explain_most(&self, accepted: &Tested, each: &[Tested]) -> bool {
+    fn explain_most(&self, accepted: &TestedHypothesis, each: &[TestedHypothesis]) -> bool {
         let chi2: f64 = self.joint.problem.chi2_of_logs.iter().sum();
         let common: f64 = accepted.gains.iter().sum();
         let more = self.gains(each).iter().sum::<f64>() - common;
@@ -194,14 +198,14 @@ impl Work<'_> {
     }
 
     /// By how much χ² of each log falls with amounts of its own.
-    fn gains(&self, each: &[Tested]) -> Vec<f64> {
+    fn gains(&self, each: &[TestedHypothesis]) -> Vec<f64> {
         let problem = &self.joint.problem;
         let parts = self.contributions(each);
         problem.gains(&problem.whitened(&parts.iter().collect::<Vec<_>>()))
     }
 
     /// What the own amounts of each log contribute to its reading.
-    fn contributions(&self, each: &[Tested]) -> Vec<Column> {
+    fn contributions(&self, each: &[TestedHypothesis]) -> Vec<Column> {
         let parts = each.iter().zip(&self.joint.logs);
         parts
             .map(|(own, log)| own.contribution(&log.scene))
@@ -216,7 +220,7 @@ impl Work<'_> {
     }
 
     /// A hypothesis fitted to each log by itself. One entry per log.
-    pub(super) fn of_each_log(&self, hypothesis: &Hypothesis) -> Vec<Tested> {
+    pub(super) fn of_each_log(&self, hypothesis: &Hypothesis) -> Vec<TestedHypothesis> {
         let of = |log: usize| {
             let problem = self.joint.of_rows(|k, _| k == log);
             fitted_to(
@@ -231,7 +235,7 @@ impl Work<'_> {
     }
 
     /// Whether the effects, fitted to each log by itself, leave no structure that all logs show.
-    fn leave_nothing(&self, each: &[Tested]) -> bool {
+    fn leave_nothing(&self, each: &[TestedHypothesis]) -> bool {
         let gain = each.iter().map(|own| own.gain).sum();
         !left::of_wrench_apart(self.joint, &self.contributions(each), gain).any()
     }
@@ -239,7 +243,7 @@ impl Work<'_> {
     /// The effect that one log alone shows, if it explains more there than the common answer does in all logs: several effects
     /// together can imitate what changes from log to log. `None` for a single log, or for rounded readings, whose steps look
     /// different in each log.
-    fn of_one_log(&self, accepted: Option<&Tested>) -> Option<Hypothesis> {
+    fn of_one_log(&self, accepted: Option<&TestedHypothesis>) -> Option<Hypothesis> {
         let (problem, logs) = (&self.joint.problem, self.joint.logs.len());
         if logs < 2 || self.joint.is_rounded() {
             return None;
@@ -268,7 +272,7 @@ impl Work<'_> {
         let detail = |k: &usize| self.library.variants[*k].effect.effect.is_detail();
         let all = (0..self.library.variants.len()).into_par_iter();
         let best = all
-            .filter(|k| self.any || !detail(k))
+            .filter(|k| self.details_stand_alone || !detail(k))
             .filter_map(|k| (0..logs).filter_map(|log| alone(k, log)).max_by(better))
             .max_by(better)?;
         let common = accepted.map_or(0.0, |t| t.evidence.max(0.0));
@@ -278,7 +282,7 @@ impl Work<'_> {
 }
 
 /// Whether physics allows the amounts of the log that an effect explains most of.
-fn is_physical_where_it_shows_most(each: &[Tested]) -> bool {
+fn is_physical_where_it_shows_most(each: &[TestedHypothesis]) -> bool {
     let most = each.iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
     most.is_some_and(|own| own.wrong.is_empty())
 }
@@ -287,12 +291,15 @@ fn is_physical_where_it_shows_most(each: &[Tested]) -> bool {
 mod tests {
     use super::*;
 
-    fn differs(amounts: &[(&'static str, &'static str, [f64; 2])]) -> bool {
-        let amounts = amounts.iter();
-        let amounts = amounts.map(|(name, unit, values)| (*name, *unit, values.to_vec()));
+    fn amount(name: &'static str, unit: &'static str, values: [f64; 2]) -> AmountByLog {
+        let values = values.to_vec();
+        AmountByLog { name, unit, values }
+    }
+
+    fn differs(amounts: &[AmountByLog]) -> bool {
         let of_logs = Disagreement {
             id: "bearing_gravity",
-            amounts: amounts.collect(),
+            amounts: amounts.to_vec(),
         };
         of_logs.differs()
     }
@@ -300,10 +307,10 @@ mod tests {
     /// In the logs that lack the effect, noise may give it any sign.
     #[test]
     fn physics_has_to_allow_an_effect_in_the_log_that_shows_it() {
-        let log = |gain: f64, wrong: &[&str]| Tested {
+        let log = |gain: f64, wrong: &[&str]| TestedHypothesis {
             gain,
             wrong: wrong.iter().map(|w| (*w).to_owned()).collect(),
-            ..Tested::default()
+            ..TestedHypothesis::default()
         };
         let forbidden = ["physics forbids it"];
         assert!(is_physical_where_it_shows_most(&[
@@ -320,10 +327,7 @@ mod tests {
     fn what_all_logs_show_has_one_sense() {
         let weight = |sine: [f64; 2], cosine: [f64; 2]| Disagreement {
             id: "bearing_gravity",
-            amounts: vec![
-                ("sine", "N·m", sine.to_vec()),
-                ("cosine", "N·m", cosine.to_vec()),
-            ],
+            amounts: vec![amount("sine", "N·m", sine), amount("cosine", "N·m", cosine)],
         };
         assert!(weight([2.0, 1.0], [-0.1, 0.2]).is_of_all());
         assert!(!weight([-0.02, -0.4], [0.32, -1.04]).is_of_all());
@@ -331,8 +335,8 @@ mod tests {
         let spring = Disagreement {
             id: "cable_stiffness",
             amounts: vec![
-                ("stiffness", "N/m", vec![1e3, 2e3]),
-                ("hardening", "N/m^3", vec![1e6, 1.1e6]),
+                amount("stiffness", "N/m", [1e3, 2e3]),
+                amount("hardening", "N/m^3", [1e6, 1.1e6]),
             ],
         };
         assert!(spring.is_of_all());
@@ -341,12 +345,13 @@ mod tests {
     /// Half as much again differs, a third does not; a small cosine beside a sine of 2 N·m does not.
     #[test]
     fn amounts_differ_by_what_all_of_a_unit_are() {
-        assert!(differs(&[("force_n", "N", [1.0, 1.55])]));
-        assert!(!differs(&[("force_n", "N", [1.0, 1.3])]));
-        assert!(differs(&[("force_n", "N", [0.1, -0.1])]));
-        let cosine = ("cosine", "N·m", [-0.3, 0.2]);
-        assert!(differs(&[cosine]));
-        assert!(!differs(&[("sine", "N·m", [2.0, 1.9]), cosine]));
-        assert!(differs(&[("sine", "N", [2.0, 1.9]), cosine]));
+        assert!(differs(&[amount("force_n", "N", [1.0, 1.55])]));
+        assert!(!differs(&[amount("force_n", "N", [1.0, 1.3])]));
+        assert!(differs(&[amount("force_n", "N", [0.1, -0.1])]));
+        let cosine = amount("cosine", "N·m", [-0.3, 0.2]);
+        assert!(differs(std::slice::from_ref(&cosine)));
+        let sine = |unit: &'static str| amount("sine", unit, [2.0, 1.9]);
+        assert!(!differs(&[sine("N·m"), cosine.clone()]));
+        assert!(differs(&[sine("N"), cosine]));
     }
 }

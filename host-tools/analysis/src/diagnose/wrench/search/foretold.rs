@@ -2,25 +2,25 @@
 //! seen.
 
 use super::model_selection::with_forms_reselected;
-use super::{TRIED, Work, without};
+use super::{SearchState, TRIED, without};
 use crate::diagnose::evidence::{FORETELLS, NAMED, TOLD_APART};
 use crate::diagnose::wrench::regression::fit::fitted_to;
 use crate::diagnose::wrench::regression::hypothesis::{Hypothesis, Part, evaluate, with_one_more};
 use crate::diagnose::wrench::regression::shaped::Care;
-use crate::diagnose::wrench::regression::tested::Tested;
+use crate::diagnose::wrench::regression::tested::TestedHypothesis;
 use rayon::prelude::*;
 use softdock_physics::model::load::Column;
 use std::collections::BTreeSet;
 use std::sync::{MutexGuard, PoisonError};
 
-impl Work<'_> {
+impl SearchState<'_> {
     /// Removes effects that are not worth their price beside the others, one at a time. If there are several, as the others
     /// nearly imitate each, that one goes without which a fit to the logs of the fit foretells the unseen logs best. `None` if
     /// nothing is left.
-    fn pruned(&self, found: Tested) -> Option<Tested> {
+    fn pruned(&self, found: TestedHypothesis) -> Option<TestedHypothesis> {
         let mut now = found;
         loop {
-            let each = self.each(&now);
+            let each = self.evidence_of_each(&now);
             let worthless = |place: &usize| {
                 let others = now.gain - now.gain.min(each[*place].max(0.0));
                 each[*place] < self.joint.threshold_of(now.effects[*place].id, others)
@@ -53,7 +53,7 @@ impl Work<'_> {
 
     /// Climbs from a start to a hypothesis that foretells the unseen logs. Forms that do not are excluded and the search goes on
     /// without them; after some such replacements nothing is added any more. The flag says whether all climbs came to their ends.
-    pub(crate) fn settled(&self, start: Tested) -> (Option<Tested>, bool) {
+    pub(crate) fn settled(&self, start: TestedHypothesis) -> (Option<TestedHypothesis>, bool) {
         /// Replacements after which the search adds nothing more.
         const REPLACED: usize = 3;
         let mut starts = vec![start];
@@ -64,7 +64,7 @@ impl Work<'_> {
                 true => self.climbed(start),
                 false => (start, true),
             });
-            let ends: Vec<(Tested, bool)> = ends.collect();
+            let ends: Vec<(TestedHypothesis, bool)> = ends.collect();
             ended &= ends.iter().all(|(_, came_to_end)| *came_to_end);
             let ends = ends.into_iter().filter_map(|(end, _)| self.possible(end));
             let end = ends.max_by(|a, b| a.evidence.total_cmp(&b.evidence));
@@ -108,17 +108,21 @@ impl Work<'_> {
     /// The answer itself, or of the hypotheses that were tried the likeliest one that is better in every respect: it has no more
     /// parameters, more evidence by odds of [`TOLD_APART`], and foretells the unseen logs better. The replacements of
     /// [`Self::settled`] go from one answer to the next and may end beside such a hypothesis.
-    pub(crate) fn undominated(&self, accepted: Tested, tried: &[Tested]) -> Tested {
+    pub(crate) fn undominated(
+        &self,
+        accepted: TestedHypothesis,
+        tried: &[TestedHypothesis],
+    ) -> TestedHypothesis {
         let Some(gain) = self.foretold(self.parts(&accepted)) else {
             return accepted;
         };
-        let mut better: Vec<&Tested> = tried
+        let mut better: Vec<&TestedHypothesis> = tried
             .iter()
             .filter(|t| t.parameters <= accepted.parameters && self.is_possible(t))
             .filter(|t| t.evidence > accepted.evidence + TOLD_APART)
             .collect();
         better.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-        let foretells = |t: &&&Tested| {
+        let foretells = |t: &&&TestedHypothesis| {
             let foretold = self.foretold(self.parts(t));
             foretold.is_some_and(|foretold| foretold > gain) && !self.is_forbidden_when_estimated(t)
         };
@@ -128,7 +132,7 @@ impl Work<'_> {
 
     /// The hypothesis itself if it is possible. Else the best possible one of the same effects in other forms, or without one of
     /// them.
-    fn possible(&self, now: Tested) -> Option<Tested> {
+    fn possible(&self, now: TestedHypothesis) -> Option<TestedHypothesis> {
         if self.is_possible(&now) {
             return Some(now);
         }
@@ -145,7 +149,7 @@ impl Work<'_> {
 
     /// The effect whose removal improves the error on the unseen logs most, if by more than would name an effect. Returns the
     /// parts without it, and those of its forms that are no better. `None` if there is no such effect, or no unseen log.
-    fn misleading(&self, accepted: &Tested) -> Option<(Vec<Part>, Vec<usize>)> {
+    fn misleading(&self, accepted: &TestedHypothesis) -> Option<(Vec<Part>, Vec<usize>)> {
         let parts = self.parts(accepted);
         let with = self.foretold(parts.clone())?;
         let rest = |place: usize| match parts.len() {
@@ -172,7 +176,7 @@ impl Work<'_> {
 
     /// Whether physics forbids the parameters of a hypothesis when they are estimated, both from the logs of the fit and from all
     /// logs. Screening may allow it, as it leaves some parameters close to the values that they have alone.
-    fn is_forbidden_when_estimated(&self, accepted: &Tested) -> bool {
+    fn is_forbidden_when_estimated(&self, accepted: &TestedHypothesis) -> bool {
         let hypothesis = evaluate(self.library, self.parts(accepted), self.price);
         let is_forbidden = |hypothesis: &Hypothesis| {
             let mut problems = [self.of_fit, &self.joint.problem].into_iter();
@@ -189,7 +193,7 @@ impl Work<'_> {
 
     /// A detail that is at fault when the logs of the fit alone give parameters that physics forbids: without it they do not.
     /// Each of several logs has to show a detail. Returns the parts without it and all its forms.
-    fn contradicted(&self, accepted: &Tested) -> Option<(Vec<Part>, Vec<usize>)> {
+    fn contradicted(&self, accepted: &TestedHypothesis) -> Option<(Vec<Part>, Vec<usize>)> {
         let parts = self.parts(accepted);
         let effect = |variant: usize| self.library.variants[variant].effect;
         let is_forbidden = |parts: Vec<Part>| Some(!self.of_the_fit(parts)?.wrong.is_empty());
@@ -208,7 +212,7 @@ impl Work<'_> {
 
     /// Adds effects that explain no more than errors of form of the others could, but without which the unseen logs are foretold
     /// much worse: an error of form would differ in another motion.
-    pub(crate) fn with_small(&self, accepted: Tested) -> Tested {
+    pub(crate) fn with_small(&self, accepted: TestedHypothesis) -> TestedHypothesis {
         /// Most effects, those included.
         const MOST_IN_ALL: usize = 8;
         let mut now = accepted;
@@ -221,7 +225,7 @@ impl Work<'_> {
             let mut more = with_one_more(self.library, &parts, self.price);
             more.retain(|more| more.evidence > alone.evidence);
             let more = self.tested(&more, TRIED).into_iter();
-            let mut more: Vec<Tested> = more
+            let mut more: Vec<TestedHypothesis> = more
                 .filter(|t| self.is_possible(t) && t.evidence > now.evidence + NAMED)
                 .collect();
             more.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
@@ -235,8 +239,9 @@ impl Work<'_> {
 
     /// Whether more effects reduce the error on the unseen logs by the factor [`FORETELLS`]. Where more than noise is left, which
     /// includes errors of form, the error on the logs of the fit has to fall as much.
-    fn foretells(&self, less: &Tested, more: &Tested) -> bool {
-        let errors = |t: &Tested| Some(self.joint.errors(&self.of_the_fit(self.parts(t))?));
+    fn foretells(&self, less: &TestedHypothesis, more: &TestedHypothesis) -> bool {
+        let errors =
+            |t: &TestedHypothesis| Some(self.joint.errors(&self.of_the_fit(self.parts(t))?));
         let much = self.joint.has_much_left(more.gain);
         errors(less).zip(errors(more)).is_some_and(|(less, more)| {
             let falls = |k: usize| more[k] * FORETELLS < less[k];
@@ -245,7 +250,7 @@ impl Work<'_> {
     }
 
     /// A hypothesis fitted to the logs of the fit; `None` if these are all logs, or the parts have no solution.
-    fn of_the_fit(&self, parts: Vec<Part>) -> Option<Tested> {
+    fn of_the_fit(&self, parts: Vec<Part>) -> Option<TestedHypothesis> {
         if self.joint.fitted >= self.joint.logs.len() {
             return None;
         }

@@ -1,20 +1,23 @@
 //! Late effects (those that move the reading in time), tested beside sharper forms of the effects that they move.
 
 use super::model_selection::{away, other_forms};
-use super::{MOST, Work};
+use super::{MOST, SearchState};
 use crate::diagnose::wrench::regression::hypothesis::{Hypothesis, Part, evaluate};
 use crate::diagnose::wrench::regression::shaped::Shaped;
-use crate::diagnose::wrench::regression::tested::Tested;
+use crate::diagnose::wrench::regression::tested::TestedHypothesis;
 use crate::diagnose::wrench::regression::variants::Variant;
 use rayon::prelude::*;
 use softdock_physics::model::load::effects::Shape;
 use std::collections::BTreeMap;
 
-impl Work<'_> {
+impl SearchState<'_> {
     /// The best hypothesis that combines a late effect with the sharpest form of an effect that was found. A late reading makes a
     /// reversal look round, and beside the round form it does not look late: neither is found without the other. `None` if the
     /// answer has a late effect already, has no room for one, or leaves little.
-    pub(crate) fn late_beside_sharp_forms(&self, accepted: &Tested) -> Option<Tested> {
+    pub(crate) fn late_beside_sharp_forms(
+        &self,
+        accepted: &TestedHypothesis,
+    ) -> Option<TestedHypothesis> {
         let is_full = accepted.effects.len() >= MOST;
         if is_full || self.is_late(accepted) || !self.joint.has_much_left(accepted.gain) {
             return None;
@@ -54,7 +57,7 @@ impl Work<'_> {
         let shapes = || now.effect.shapes.iter().enumerate();
         let is_size = |shape: &Shape| shape.choice && shape.continuous;
         let sharpest = |(k, shape): (usize, &Shape)| {
-            let tried = now.effect.tried(shape, self.joint.pace());
+            let tried = now.effect.tried_values(shape, self.joint.pace());
             is_size(shape).then(|| (k, tried.into_iter().fold(f64::INFINITY, f64::min)))
         };
         let sharpest: Vec<(usize, f64)> = shapes().filter_map(sharpest).collect();

@@ -19,7 +19,7 @@ use super::regression::hypothesis::{ALIKE, Hypothesis, Part, evaluate, ids, pair
 use super::regression::joint::Joint;
 use super::regression::problem::Problem;
 use super::regression::shaped::Care;
-use super::regression::tested::Tested;
+use super::regression::tested::TestedHypothesis;
 use super::regression::variants::{Library, Variant};
 use crate::diagnose::evidence::{self, NAMED, Support, threshold};
 use crate::diagnose::watch::Watch;
@@ -46,13 +46,13 @@ const NEGLIGIBLE_GAIN: f64 = 15.0;
 
 /// Result of the search on the reading.
 #[derive(Default)]
-pub(crate) struct Found {
+pub(crate) struct SearchResult {
     /// The accepted hypothesis, if any. Its parameters are those of the logs of the fit.
-    pub accepted: Option<Tested>,
+    pub accepted: Option<TestedHypothesis>,
     /// What speaks for each accepted effect.
     pub support: Vec<Support>,
     /// All hypotheses that were tried, best first.
-    pub ranked: Vec<Tested>,
+    pub ranked: Vec<TestedHypothesis>,
     /// Rivals of the same kind as one of several accepted effects, in its place.
     pub rivals: Vec<Rival>,
     /// Number of steps after which the search was ended although the evidence was still rising.
@@ -70,8 +70,19 @@ pub(crate) struct Found {
 pub(crate) struct Disagreement {
     /// Its id.
     pub id: &'static str,
-    /// Name, unit and values of each coefficient; one value per log, each fitted to that log alone.
-    pub amounts: Vec<(&'static str, &'static str, Vec<f64>)>,
+    /// Its coefficients.
+    pub amounts: Vec<AmountByLog>,
+}
+
+/// A coefficient that was fitted to each log alone.
+#[derive(Clone, Debug)]
+pub(crate) struct AmountByLog {
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// One value per log.
+    pub values: Vec<f64>,
 }
 
 /// The options of a search.
@@ -86,10 +97,10 @@ pub(crate) struct Ask<'a> {
     pub watch: Watch<'a>,
 }
 
-impl Found {
+impl SearchResult {
     /// The result of a search that was repeated after one in which logs disagreed. If it finds nothing, the disagreement stands,
     /// as nothing accounts for it.
-    fn after(self, disagreeing: Vec<Disagreement>) -> Self {
+    fn keeping_disagreements(self, disagreeing: Vec<Disagreement>) -> Self {
         match self.accepted.is_none() && self.disagreeing.is_empty() {
             true => Self {
                 disagreeing,
@@ -101,17 +112,17 @@ impl Found {
 }
 
 /// What a search works with.
-struct Work<'a> {
+struct SearchState<'a> {
     joint: &'a Joint,
     library: &'a Library,
     /// The regression of the logs of the fit.
     of_fit: &'a Problem,
     price: f64,
     /// Details of other effects may stand alone.
-    any: bool,
+    details_stand_alone: bool,
     watch: Watch<'a>,
     /// Hypotheses that were tested, by parts, as several paths lead to the same one.
-    known: Mutex<BTreeMap<Vec<Part>, Tested>>,
+    known: Mutex<BTreeMap<Vec<Part>, TestedHypothesis>>,
     /// Places of variants that foretell the unseen logs worse than nothing in their place does.
     misled: Mutex<BTreeSet<usize>>,
     /// Effects that physics forbids together when their parameters are estimated.
@@ -121,17 +132,17 @@ struct Work<'a> {
 /// Searches for effects. If the answer needs nominal parameters too far off, these are held at their values and the search is
 /// repeated. Beside the answer late effects, and effects that too coarse grids of shapes may have hidden, are then asked once
 /// more.
-pub(crate) fn search(joint: &mut Joint, ask: &Ask<'_>) -> Found {
+pub(crate) fn search(joint: &mut Joint, ask: &Ask<'_>) -> SearchResult {
     /// Repetitions, as further parameters may turn out to be too far off when others are held.
     const ROUNDS: usize = 3;
     let mut library = Library::new(joint, ask.excluded);
-    let mut found = searched(joint, &library, ask);
+    let mut found = search_from_best(joint, &library, ask);
     for _ in 0..ROUNDS {
-        if !joint.freeze_strained(found.accepted.as_ref()) {
+        if !joint.hold_strained(found.accepted.as_ref()) {
             break;
         }
         library = library.anew(joint);
-        found = searched(joint, &library, ask).after(found.disagreeing);
+        found = search_from_best(joint, &library, ask).keeping_disagreements(found.disagreeing);
     }
     match found.accepted.clone() {
         Some(accepted) => beside_found(joint, library, &accepted, found, ask),
@@ -144,10 +155,10 @@ pub(crate) fn search(joint: &mut Joint, ask: &Ask<'_>) -> Found {
 fn beside_found(
     joint: &Joint,
     library: Library,
-    accepted: &Tested,
-    found: Found,
+    accepted: &TestedHypothesis,
+    found: SearchResult,
     ask: &Ask<'_>,
-) -> Found {
+) -> SearchResult {
     let price = evidence::price(joint.problem.count);
     let tried = evaluate(&library, parts_of(&library, accepted), price);
     // The tried shapes lose so much against the refined ones that this could hide or feign another effect.
@@ -161,62 +172,67 @@ fn beside_found(
         ..*ask
     };
     let of_fit = joint.of_fit();
-    let work = Work::new(joint, &library, &of_fit, ask);
-    let accepted = work.again(accepted);
-    let end = work.beside(&accepted);
-    let late = work.late_beside_sharp_forms(&accepted);
+    let state = SearchState::new(joint, &library, &of_fit, ask);
+    let accepted = state.retested(accepted);
+    let end = state.climbed_from(&accepted);
+    let late = state.late_beside_sharp_forms(&accepted);
     if let Some(late) = late.filter(|late| late.evidence > end.0.evidence)
         && let Some(library) = Library::new(joint, ask.excluded).around(joint, &late, true)
     {
-        let work = Work::new(joint, &library, &of_fit, ask);
-        let of_late = work.beside(&work.again(&late));
+        let state = SearchState::new(joint, &library, &of_fit, ask);
+        let of_late = state.climbed_from(&state.retested(&late));
         if of_late.0.evidence > end.0.evidence {
-            return work.later(of_late, &accepted, found, ask);
+            return state.with_later_end(of_late, &accepted, found, ask);
         }
     }
-    work.later(end, &accepted, found, ask)
+    state.with_later_end(end, &accepted, found, ask)
 }
 
 /// A hypothesis, those without one of its effects, and the best with another effect in the place of one, all under one noise
 /// model.
-pub(crate) fn exchanged(joint: &Joint, of: &Tested, ask: &Ask<'_>) -> Vec<Tested> {
+pub(crate) fn exchanged(
+    joint: &Joint,
+    of: &TestedHypothesis,
+    ask: &Ask<'_>,
+) -> Vec<TestedHypothesis> {
     let plain = || Library::new(joint, ask.excluded);
     // Without the loads of the hypothesis a delay in the place of a lag would have nothing to move.
     let around = plain().around(joint, of, true);
     let library = around.unwrap_or_else(plain);
     let of_fit = joint.of_fit();
-    let work = Work::new(joint, &library, &of_fit, ask);
-    let itself = evaluate(&library, work.parts(of), work.price);
-    work.tested(&itself.into_iter().collect::<Vec<_>>(), 1);
-    let mut all = work.exchanges(of, TRIED);
-    let fewer = work.fewer(of);
-    all.extend(work.tested(&fewer, fewer.len()));
-    all.extend(work.in_twos(of));
+    let state = SearchState::new(joint, &library, &of_fit, ask);
+    let itself = evaluate(&library, state.parts(of), state.price);
+    state.tested(&itself.into_iter().collect::<Vec<_>>(), 1);
+    let mut all = state.exchanges(of, TRIED);
+    let fewer = state.fewer(of);
+    all.extend(state.tested(&fewer, fewer.len()));
+    all.extend(state.in_twos(of));
     all
 }
 
 /// Searches from the best single effects and pairs.
-fn searched(joint: &Joint, library: &Library, ask: &Ask<'_>) -> Found {
+fn search_from_best(joint: &Joint, library: &Library, ask: &Ask<'_>) -> SearchResult {
     let of_fit = joint.of_fit();
-    let work = Work::new(joint, library, &of_fit, ask);
-    let ranked = work.first();
-    let possible = ranked.iter().filter(|t| work.is_possible(t));
+    let state = SearchState::new(joint, library, &of_fit, ask);
+    let ranked = state.singles_and_pairs();
+    let possible = ranked.iter().filter(|t| state.is_possible(t));
     // Two starts with the same effects would climb to the same end.
     let mut seen = BTreeSet::new();
     let starts = possible.filter(|t| seen.insert(t.effects_in_order()));
-    let starts: Vec<&Tested> = starts.take(STARTS).collect();
+    let starts: Vec<&TestedHypothesis> = starts.take(STARTS).collect();
     let ends = starts.into_par_iter();
-    let ends: Vec<(Tested, bool)> = ends.map(|start| work.climbed(start.clone())).collect();
-    work.concluded(ends, ranked, ask)
+    let ends: Vec<(TestedHypothesis, bool)> =
+        ends.map(|start| state.climbed(start.clone())).collect();
+    state.concluded(ends, ranked, ask)
 }
 
-impl<'a> Work<'a> {
+impl<'a> SearchState<'a> {
     fn new(joint: &'a Joint, library: &'a Library, of_fit: &'a Problem, ask: &Ask<'a>) -> Self {
         let is_detail = |variant: &Variant| variant.effect.effect.is_detail();
         Self {
             price: evidence::price(joint.problem.count),
             // If only details are asked for, the model has the effects that they are details of.
-            any: ask.forced || library.variants.iter().all(is_detail),
+            details_stand_alone: ask.forced || library.variants.iter().all(is_detail),
             library,
             joint,
             of_fit,
@@ -228,33 +244,39 @@ impl<'a> Work<'a> {
     }
 }
 
-impl Work<'_> {
+impl SearchState<'_> {
     /// The end of a climb from an answer, small effects included, and whether the climb came to its end.
-    fn beside(&self, start: &Tested) -> (Tested, bool) {
+    fn climbed_from(&self, start: &TestedHypothesis) -> (TestedHypothesis, bool) {
         let (end, came_to_end) = self.climbed(start.clone());
         (self.with_small(end), came_to_end)
     }
 
     /// The result with the end of a further climb in it, if that has more evidence than before.
-    fn later(&self, end: (Tested, bool), before: &Tested, found: Found, ask: &Ask<'_>) -> Found {
+    fn with_later_end(
+        &self,
+        end: (TestedHypothesis, bool),
+        before: &TestedHypothesis,
+        found: SearchResult,
+        ask: &Ask<'_>,
+    ) -> SearchResult {
         if end.0.evidence <= before.evidence {
             return found;
         }
         let is_later = self.is_late(&end.0) && !self.is_late(before);
         let concluded = self.concluded(vec![end], found.ranked, ask);
-        Found {
+        SearchResult {
             before_late: if is_later { before.ids() } else { Vec::new() },
-            ..concluded.after(found.disagreeing)
+            ..concluded.keeping_disagreements(found.disagreeing)
         }
     }
 
     /// Decides what is accepted of the ends of the climbs, and collects its support, rivals and disagreements.
     fn concluded(
         &self,
-        ends: Vec<(Tested, bool)>,
-        mut ranked: Vec<Tested>,
+        ends: Vec<(TestedHypothesis, bool)>,
+        mut ranked: Vec<TestedHypothesis>,
         ask: &Ask<'_>,
-    ) -> Found {
+    ) -> SearchResult {
         let best = ends.iter().map(|end| end.0.clone());
         let best = best.max_by(|a, b| a.evidence.total_cmp(&b.evidence));
         let settled = best.clone().map(|best| self.settled(best));
@@ -290,7 +312,7 @@ impl Work<'_> {
             None if ask.each_log => self.disagreeing(accepted.as_ref()),
             None => Vec::new(),
         };
-        Found {
+        SearchResult {
             accepted: accepted.map(|all| self.of_fit(all)),
             support,
             ranked,
@@ -302,7 +324,7 @@ impl Work<'_> {
         }
     }
 
-    fn tested(&self, hypotheses: &[Hypothesis], most: usize) -> Vec<Tested> {
+    fn tested(&self, hypotheses: &[Hypothesis], most: usize) -> Vec<TestedHypothesis> {
         let misled = self.misled().clone();
         let leads = |h: &&Hypothesis| !h.parts.iter().any(|part| misled.contains(&part.variant));
         let hypotheses: Vec<Hypothesis> = hypotheses.iter().filter(leads).cloned().collect();
@@ -313,9 +335,9 @@ impl Work<'_> {
     }
 
     /// Effects alone and in pairs, best first.
-    fn first(&self) -> Vec<Tested> {
-        let singles = self.whole(with_one_more(self.library, &[], self.price));
-        let doubles = self.whole(pairs(self.library, self.price));
+    fn singles_and_pairs(&self) -> Vec<TestedHypothesis> {
+        let singles = self.without_stray_details(with_one_more(self.library, &[], self.price));
+        let doubles = self.without_stray_details(pairs(self.library, self.price));
         let mut ranked = self.tested(&singles, TRIED);
         ranked.extend(self.tested(&doubles, TRIED));
         ranked.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
@@ -323,12 +345,12 @@ impl Work<'_> {
     }
 
     /// A hypothesis of another search, tested with this library.
-    fn again(&self, found: &Tested) -> Tested {
+    fn retested(&self, found: &TestedHypothesis) -> TestedHypothesis {
         let same = evaluate(self.library, self.parts(found), self.price);
         same.map_or_else(|| found.clone(), |same| self.test(&same))
     }
 
-    fn test(&self, hypothesis: &Hypothesis) -> Tested {
+    fn test(&self, hypothesis: &Hypothesis) -> TestedHypothesis {
         let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
         let found = known().get(&hypothesis.parts).cloned();
         found.unwrap_or_else(|| {
@@ -340,19 +362,19 @@ impl Work<'_> {
     }
 
     /// Drops hypotheses with details, unless these may stand alone.
-    fn whole(&self, all: Vec<Hypothesis>) -> Vec<Hypothesis> {
+    fn without_stray_details(&self, all: Vec<Hypothesis>) -> Vec<Hypothesis> {
         let is_detail = |part: &Part| {
             self.library.variants[part.variant]
                 .effect
                 .effect
                 .is_detail()
         };
-        let whole = |h: &Hypothesis| self.any || !h.parts.iter().any(is_detail);
+        let whole = |h: &Hypothesis| self.details_stand_alone || !h.parts.iter().any(is_detail);
         all.into_iter().filter(whole).collect()
     }
 
     /// Whether physics allows it, and it goes beyond the rounding of the readings.
-    fn is_possible(&self, tested: &Tested) -> bool {
+    fn is_possible(&self, tested: &TestedHypothesis) -> bool {
         let price =
             self.price * tested.parameters as f64 + evidence::prior() * tested.effects.len() as f64;
         let is_allowed = || !self.forbidden().contains(&tested.effects_in_order());
@@ -362,18 +384,18 @@ impl Work<'_> {
     }
 
     /// Whether one of its effects moves the reading in time.
-    fn is_late(&self, tested: &Tested) -> bool {
+    fn is_late(&self, tested: &TestedHypothesis) -> bool {
         let mut parts = self.parts(tested).into_iter();
         parts.any(|part| self.library.variants[part.variant].effect.is_late())
     }
 
-    fn parts(&self, tested: &Tested) -> Vec<Part> {
+    fn parts(&self, tested: &TestedHypothesis) -> Vec<Part> {
         parts_of(self.library, tested)
     }
 
     /// Adds one effect at a time as long as the evidence rises; where it does not, exchanges or removes one. The flag says
     /// whether the climb came to its end within [`STEPS`].
-    fn climbed(&self, start: Tested) -> (Tested, bool) {
+    fn climbed(&self, start: TestedHypothesis) -> (TestedHypothesis, bool) {
         let mut now = start;
         for _ in 0..STEPS {
             let more = if now.effects.len() < MOST {
@@ -395,10 +417,14 @@ impl Work<'_> {
 
     /// The best of some hypotheses, if it has more evidence than the present one. An added effect also has to exceed errors of
     /// form.
-    fn best_of(&self, now: &Tested, mut all: Vec<Hypothesis>) -> Option<Tested> {
+    fn best_of(
+        &self,
+        now: &TestedHypothesis,
+        mut all: Vec<Hypothesis>,
+    ) -> Option<TestedHypothesis> {
         all.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
         let known = now.effects_in_order();
-        let better = |t: &Tested| {
+        let better = |t: &TestedHypothesis| {
             let mut new = t.effects_in_order().into_iter();
             let new = new.find(|id| !known.contains(id));
             let form = match new.filter(|_| t.effects.len() > now.effects.len()) {
@@ -418,14 +444,14 @@ impl Work<'_> {
     }
 
     /// All hypotheses with one effect exchanged for another.
-    fn exchanged(&self, now: &Tested) -> Vec<Hypothesis> {
+    fn exchanged(&self, now: &TestedHypothesis) -> Vec<Hypothesis> {
         let parts = self.parts(now);
         let without = |place| with_one_more(self.library, &without(&parts, place), self.price);
         (0..parts.len()).flat_map(without).collect()
     }
 
     /// All hypotheses with one effect less; none if there is only one.
-    fn fewer(&self, now: &Tested) -> Vec<Hypothesis> {
+    fn fewer(&self, now: &TestedHypothesis) -> Vec<Hypothesis> {
         let parts = self.parts(now);
         if parts.len() < 2 {
             return Vec::new();
@@ -436,7 +462,7 @@ impl Work<'_> {
     }
 
     /// Evidence for each effect: that of the whole less that without the effect, the forms of the others chosen again.
-    fn each(&self, now: &Tested) -> Vec<f64> {
+    fn evidence_of_each(&self, now: &TestedHypothesis) -> Vec<f64> {
         let of = |place: usize| match now.effects.len() {
             1 => now.evidence,
             _ => {
@@ -450,29 +476,30 @@ impl Work<'_> {
     }
 
     /// Support of each effect: its evidence beside the others, and that against the best tested hypothesis without it.
-    fn support(&self, now: &Tested) -> Vec<Support> {
-        let beside = self.each(now);
+    fn support(&self, now: &TestedHypothesis) -> Vec<Support> {
+        let beside = self.evidence_of_each(now);
         let known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         let misled = self.misled();
-        let leads =
-            |(parts, _): &(&Vec<Part>, &Tested)| !parts.iter().any(|p| misled.contains(&p.variant));
+        let leads = |(parts, _): &(&Vec<Part>, &TestedHypothesis)| {
+            !parts.iter().any(|p| misled.contains(&p.variant))
+        };
         let possible = known.iter().filter(leads).map(|(_, tested)| tested);
-        let possible: Vec<&Tested> = possible.filter(|t| self.is_possible(t)).collect();
+        let possible: Vec<&TestedHypothesis> = possible.filter(|t| self.is_possible(t)).collect();
         let of = |(beside, own): (f64, &Fitted)| {
-            let lacks_it = |t: &&&Tested| t.effects.iter().all(|e| e.id != own.id);
+            let lacks_it = |t: &&&TestedHypothesis| t.effects.iter().all(|e| e.id != own.id);
             let rivals = possible.iter().filter(lacks_it).map(|t| t.evidence);
             let best = rivals.fold(0.0, f64::max);
-            Support::alone(beside).with_rival(now.evidence - best)
+            Support::without_rival(beside).with_rival(now.evidence - best)
         };
         beside.into_iter().zip(&now.effects).map(of).collect()
     }
 
     /// The same effects with the parameters of the logs of the fit alone. If these leave some undetermined, or give one that
     /// physics forbids, the parameters are those of all logs, and the reason is kept.
-    fn of_fit(&self, all: Tested) -> Tested {
+    fn of_fit(&self, all: TestedHypothesis) -> TestedHypothesis {
         let held_back = self.joint.fitted < self.joint.logs.len();
         let Some(hypothesis) = evaluate(self.library, self.parts(&all), self.price) else {
-            return Tested {
+            return TestedHypothesis {
                 of_all_logs: held_back.then(|| "they could not be fitted anew".to_owned()),
                 ..all
             };
@@ -494,7 +521,7 @@ impl Work<'_> {
             };
             widen(&mut estimated, &self.without_each_piece(&hypothesis, logs));
         }
-        Tested {
+        TestedHypothesis {
             effects: estimated,
             of_all_logs: why.filter(|_| held_back),
             ..all
@@ -502,13 +529,13 @@ impl Work<'_> {
     }
 
     /// A hypothesis fitted to some rows with the effort of an estimate, so that its standard deviations are joint ones.
-    fn estimated(&self, problem: &Problem, hypothesis: &Hypothesis) -> Tested {
+    fn estimated(&self, problem: &Problem, hypothesis: &Hypothesis) -> TestedHypothesis {
         let (library, joint) = (self.library, self.joint);
         fitted_to(problem, library, hypothesis, joint, Care::Estimating)
     }
 
     /// A hypothesis fitted to the first `logs` without each of their pieces in turn.
-    fn without_each_piece(&self, hypothesis: &Hypothesis, logs: usize) -> Vec<Tested> {
+    fn without_each_piece(&self, hypothesis: &Hypothesis, logs: usize) -> Vec<TestedHypothesis> {
         let of = |piece: usize| {
             let problem = self.joint.without(piece, PIECES, logs);
             let (library, joint) = (self.library, self.joint);
@@ -525,10 +552,9 @@ fn without(parts: &[Part], place: usize) -> Vec<Part> {
 }
 
 /// Whether all parameters of a fit and their standard deviations are finite.
-fn is_determined(fitted: &Tested) -> bool {
-    let parameters = fitted.effects.iter().flat_map(|e| e.parameters.values());
-    let mut parameters = parameters.map(|(value, sigma, _)| (*value, *sigma));
-    parameters.all(|(value, sigma)| value.is_finite() && sigma.is_finite())
+fn is_determined(fitted: &TestedHypothesis) -> bool {
+    let mut parameters = fitted.effects.iter().flat_map(|e| e.parameters.values());
+    parameters.all(|p| p.value.is_finite() && p.sigma.is_finite())
 }
 
 /// The best hypotheses, at most `most`, and at most [`ALIKE`] of the same effects.

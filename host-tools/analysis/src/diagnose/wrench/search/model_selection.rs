@@ -4,9 +4,9 @@
 //! The form of an effect is chosen when it is found, and an effect that is found later can change the choice: a delay moves the
 //! reversals, and with that the sharpness that a dry friction seems to have there.
 
-use crate::diagnose::wrench::regression::fitted::Fitted;
+use crate::diagnose::wrench::regression::fitted::{Fitted, FittedParameter};
 use crate::diagnose::wrench::regression::hypothesis::{Hypothesis, Part, evaluate};
-use crate::diagnose::wrench::regression::tested::Tested;
+use crate::diagnose::wrench::regression::tested::TestedHypothesis;
 use crate::diagnose::wrench::regression::variants::Library;
 use softdock_physics::model::load::effects::LoadEffect;
 use std::collections::BTreeSet;
@@ -77,9 +77,9 @@ pub(crate) fn other_forms<'a>(
 /// Rivals of the same kind in the place of each effect, if there are several.
 pub(crate) fn rivals(
     library: &Library,
-    accepted: &Tested,
+    accepted: &TestedHypothesis,
     price: f64,
-    test: &dyn Fn(&[Hypothesis]) -> Vec<Tested>,
+    test: &dyn Fn(&[Hypothesis]) -> Vec<TestedHypothesis>,
 ) -> Vec<Rival> {
     let parts = parts_of(library, accepted);
     if parts.len() < 2 {
@@ -105,7 +105,7 @@ pub(crate) fn rivals(
                 continue;
             };
             let beside = accepted.beside.iter().cloned().chain(without.ids());
-            let own = |t: &Tested| -> Vec<f64> {
+            let own = |t: &TestedHypothesis| -> Vec<f64> {
                 let both = t.gains.iter().zip(&without.gains);
                 both.map(|(with, without)| with - without).collect()
             };
@@ -147,25 +147,26 @@ fn best_in_place(
 /// (K − 1)/K · Σ (θ(k) − θ)², Efron 1982), which holds for residuals that are neither white nor noise. If one piece holds nearly
 /// all that is known of a parameter, as the only step of a log, the fit without it says nothing. Its term is then weighted by the
 /// share of the information that is left (C. F. J. Wu, Annals of Statistics 14(4), 1986). `fits` are those without each piece.
-pub(crate) fn widen(accepted: &mut [Fitted], fits: &[Tested]) {
+pub(crate) fn widen(accepted: &mut [Fitted], fits: &[TestedHypothesis]) {
     /// Share of the information below which a parameter is unknown without a piece.
     const UNKNOWN: f64 = 0.1;
     let count = fits.len().max(1) as f64;
     for (place, effect) in accepted.iter_mut().enumerate() {
-        for (name, (value, sigma, _)) in &mut effect.parameters {
-            let moved = |fit: &Tested| {
-                let (without, deviation, _) = fit.effects[place].parameters.get(name)?;
-                let left = (*sigma / deviation).powi(2);
+        for (name, parameter) in &mut effect.parameters {
+            let FittedParameter { value, sigma, .. } = *parameter;
+            let moved = |fit: &TestedHypothesis| {
+                let without = fit.effects[place].parameters.get(name)?;
+                let left = (sigma / without.sigma).powi(2);
                 let weight = match left < UNKNOWN {
                     true => left,
                     false => (count - 1.0) / count,
                 };
-                Some(weight * (without - *value).powi(2))
+                Some(weight * (without.value - value).powi(2))
             };
             // A choice has no interval.
-            if *sigma > 0.0 {
+            if sigma > 0.0 {
                 let squares: f64 = fits.iter().filter_map(moved).sum();
-                *sigma = sigma.max(squares.sqrt());
+                parameter.sigma = sigma.max(squares.sqrt());
             }
         }
     }
@@ -177,7 +178,7 @@ pub(crate) fn away(value: f64, from: f64) -> f64 {
 }
 
 /// The parts of the library that correspond to a tested hypothesis, each at the nearest shapes.
-pub(crate) fn parts_of(library: &Library, tested: &Tested) -> Vec<Part> {
+pub(crate) fn parts_of(library: &Library, tested: &TestedHypothesis) -> Vec<Part> {
     tested
         .effects
         .iter()
@@ -188,7 +189,7 @@ pub(crate) fn parts_of(library: &Library, tested: &Tested) -> Vec<Part> {
                     .iter()
                     .zip(shapes)
                     .map(|(shape, value)| {
-                        let at = fitted.parameters.get(shape.name).map_or(0.0, |p| p.0);
+                        let at = fitted.parameters.get(shape.name).map_or(0.0, |p| p.value);
                         away(*value, at)
                     })
                     .sum()

@@ -4,7 +4,7 @@
 use crate::diagnose::catalogue::has;
 use crate::diagnose::evidence::{Foretold, MOST};
 use crate::diagnose::wrench::regression::joint::Joint;
-use crate::diagnose::wrench::{Fitted, Tested};
+use crate::diagnose::wrench::{Fitted, FittedParameter, TestedHypothesis};
 use softdock_physics::model::Model;
 use softdock_physics::model::load::Column;
 use softdock_physics::model::load::effects::{LoadEffect, Sign};
@@ -24,7 +24,7 @@ pub(crate) struct OtherSign {
 
 /// The simple law that would explain most of what effects leave, with a sign that physics forbids. `None` if it explains less
 /// than [`MOST`] of that, or little is left.
-pub(crate) fn other_sign(joint: &Joint, accepted: &Tested) -> Option<OtherSign> {
+pub(crate) fn other_sign(joint: &Joint, accepted: &TestedHypothesis) -> Option<OtherSign> {
     let model = &joint.logs.first()?.scene.model;
     let known: Vec<Column> = accepted
         .effects
@@ -39,7 +39,7 @@ pub(crate) fn other_sign(joint: &Joint, accepted: &Tested) -> Option<OtherSign> 
     if !joint.has_much_left(alone) {
         return None;
     }
-    let left = joint.left(alone);
+    let left = joint.remaining_chi2(alone);
     let with = |(effect, place): (&'static LoadEffect, usize)| -> Option<(f64, OtherSign)> {
         let defaults: Vec<f64> = effect.shapes.iter().map(|shape| shape.tried[0]).collect();
         let own = joint.columns(&joint.problem, effect, &defaults, &[place], &[])?;
@@ -70,14 +70,14 @@ pub(crate) struct AfterMotion {
 }
 
 /// By how much a commanded load comes after the motion, if that would explain most ([`MOST`]) of what effects leave.
-pub(crate) fn after_motion(joint: &Joint, accepted: &Tested) -> Option<AfterMotion> {
+pub(crate) fn after_motion(joint: &Joint, accepted: &TestedHypothesis) -> Option<AfterMotion> {
     /// Relative precision of the delay.
     const RESOLVED: f64 = 0.01;
     let model = &joint.logs.first()?.scene.model;
     let delay = LoadEffect::all(model).find(|effect| effect.is_a_delay())?;
     let shape = delay.shapes.first()?;
     let acts = joint.logs.iter().any(|log| delay.acts(&log.scene));
-    if !acts || !model.sensor.wrench.is_told() || accepted.effects.is_empty() {
+    if !acts || !model.sensor.wrench.is_commanded() || accepted.effects.is_empty() {
         return None;
     }
     let left = |late_s: f64| {
@@ -87,11 +87,18 @@ pub(crate) fn after_motion(joint: &Joint, accepted: &Tested) -> Option<AfterMoti
             elsewhere: BTreeMap::new(),
             foretold: Foretold::UNKNOWN,
             id: delay.id,
-            parameters: BTreeMap::from([(shape.name, (-late_s, 0.0, shape.unit))]),
+            parameters: BTreeMap::from([(
+                shape.name,
+                FittedParameter {
+                    value: -late_s,
+                    sigma: 0.0,
+                    unit: shape.unit,
+                },
+            )]),
         });
         joint.squares_left(&with)
     };
-    let tried = delay.tried(shape, joint.pace());
+    let tried = delay.tried_values(shape, joint.pace());
     let each = tried.iter().map(|late_s| left(*late_s)).enumerate();
     let (best, _) = each.min_by(|a, b| a.1.total_cmp(&b.1))?;
     let low = best.checked_sub(1).map_or(0.0, |before| tried[before]);
@@ -107,7 +114,7 @@ pub(crate) fn after_motion(joint: &Joint, accepted: &Tested) -> Option<AfterMoti
 fn simple_laws(
     joint: &Joint,
     model: &Model,
-    accepted: &Tested,
+    accepted: &TestedHypothesis,
 ) -> impl Iterator<Item = (&'static LoadEffect, usize)> {
     let is_simple = |effect: &&LoadEffect| {
         let acts = joint.logs.iter().any(|log| effect.is_tried_on(&log.scene));

@@ -1,10 +1,10 @@
 //! A constant whose value differs from log to log.
 
-use super::{Disagreement, Work};
+use super::{Disagreement, SearchState};
 use crate::diagnose::evidence::MOST;
 use crate::diagnose::wrench::regression::hypothesis::{Part, evaluate};
 use crate::diagnose::wrench::regression::prepared_log::PreparedLog;
-use crate::diagnose::wrench::regression::tested::Tested;
+use crate::diagnose::wrench::regression::tested::TestedHypothesis;
 use softdock_physics::model::Axis;
 use softdock_physics::model::load::Column;
 use softdock_physics::model::load::effects::{LoadEffect, Sign};
@@ -19,11 +19,11 @@ struct OwnConstants {
     slopes: f64,
 }
 
-impl Work<'_> {
+impl SearchState<'_> {
     /// A constant of each log's own, if it explains most of what effects leave: a zero that was set anew, or a weight in another
     /// pose. The common part of such constants may be nothing, so that other effects are found in their place, or are refused, as
     /// they foretell no other log. `None` if a log moves in one direction only: there a friction is a constant, too.
-    pub(crate) fn own_constant(&self, accepted: &Tested) -> Option<Disagreement> {
+    pub(crate) fn own_constant(&self, accepted: &TestedHypothesis) -> Option<Disagreement> {
         /// If slopes explain this share of what is left beside the constants, they are no constants: of a random walk a slope
         /// explains three fifths of what its mean leaves. Set by hand.
         const SLOPE: f64 = 0.25;
@@ -59,7 +59,11 @@ impl Work<'_> {
     }
 
     /// What constants of each log's own explain beside a hypothesis. `constants` are the whitened columns of the common ones.
-    fn own_constants(&self, tested: &Tested, constants: &[&Column]) -> Option<OwnConstants> {
+    fn own_constants(
+        &self,
+        tested: &TestedHypothesis,
+        constants: &[&Column],
+    ) -> Option<OwnConstants> {
         let effects = tested.effects.iter();
         // A constant that the hypothesis has already would repeat these columns.
         let effects = effects.filter(|one| !self.is_a_constant(one.id));

@@ -3,11 +3,11 @@
 //! ends elsewhere.
 
 use super::own_constant::moves_both_ways;
-use super::{Disagreement, TRIED, Work};
+use super::{Disagreement, SearchState, TRIED};
 use crate::diagnose::evidence::{self, MOST};
 use crate::diagnose::wrench::regression::hypothesis::{Part, evaluate};
 use crate::diagnose::wrench::regression::problem::{Projected, best_gain, products};
-use crate::diagnose::wrench::regression::tested::Tested;
+use crate::diagnose::wrench::regression::tested::TestedHypothesis;
 use crate::diagnose::wrench::regression::variants::Variant;
 use nalgebra::DVector;
 use rayon::prelude::*;
@@ -34,11 +34,11 @@ impl Amounts {
     }
 }
 
-impl Work<'_> {
+impl SearchState<'_> {
     /// The effect whose own amounts for each log explain most of what the answer leaves, and most of what a common amount of it
     /// would leave. `None` for a single log, for rounded readings, where the answer leaves no more than noise, and where a log
     /// moves in one direction only, as a friction is a constant there.
-    pub(crate) fn own_effect(&self, accepted: Option<&Tested>) -> Option<Disagreement> {
+    pub(crate) fn own_effect(&self, accepted: Option<&TestedHypothesis>) -> Option<Disagreement> {
         let is_left = self.joint.has_much_left(accepted.map_or(0.0, |t| t.gain));
         let back_and_forth = self.joint.logs.iter().all(moves_both_ways);
         if self.joint.logs.len() < 2 || self.joint.is_rounded() || !is_left || !back_and_forth {
@@ -48,7 +48,7 @@ impl Work<'_> {
             (0..self.library.variants.len()).partition(|k| self.variant(*k).effect.is_a_constant());
         let is_asked = |k: &usize| {
             let effect = self.variant(*k).effect;
-            !effect.is_late() && (self.any || !effect.effect.is_detail())
+            !effect.is_late() && (self.details_stand_alone || !effect.effect.is_detail())
         };
         let others: Vec<usize> = others.into_iter().filter(is_asked).collect();
         let levels: Vec<Amounts> = constants
@@ -75,7 +75,7 @@ impl Work<'_> {
         let model = &self.joint.logs.first()?.scene.model;
         let amounts = found.amounts.iter();
         let mut amounts =
-            amounts.flat_map(|(name, _, values)| values.iter().map(move |v| (name, v)));
+            amounts.flat_map(|amount| amount.values.iter().map(move |v| (amount.name, v)));
         let is_plausible = amounts.all(|(name, v)| !effect.is_implausible(model, name, *v));
         (is_plausible && found.differs() && found.is_of_all()).then_some(found)
     }
@@ -88,7 +88,7 @@ impl Work<'_> {
     /// explain less than most of what the answer leaves, or of what common amounts of the effect leave.
     fn in_own_amounts(
         &self,
-        accepted: Option<&Tested>,
+        accepted: Option<&TestedHypothesis>,
         [own, common]: &[Amounts; 2],
         levels: &Amounts,
     ) -> Option<Beside> {

@@ -40,52 +40,55 @@ pub(super) fn splits(results: &Results<'_>) -> Result<Vec<Split>> {
 
 /// A limit and the outcomes of the runs.
 #[derive(Clone, Debug, Serialize)]
-pub struct KeptLimit {
+pub struct LimitResults {
     /// The limit, with its source.
     #[serde(flatten)]
     pub limit: Limit,
     /// Unit of its bounds.
     pub unit: &'static str,
     /// The outcome in each group of runs: one group per word of the first factor that has words.
-    pub kept: Vec<Kept>,
+    #[serde(rename = "kept")]
+    pub results: Vec<LimitResult>,
 }
 
 /// An outcome in a group of runs, compared with its limit.
 #[derive(Clone, Debug, Serialize)]
-pub struct Kept {
+pub struct LimitResult {
     /// The word that these runs have in common; empty for all runs.
-    pub of: String,
+    #[serde(rename = "of")]
+    pub group: String,
     /// The value farthest beyond the limit, or nearest to it if none is beyond: the largest, or for a lower limit the
     /// smallest.
     pub worst: Option<f64>,
     /// The median.
     pub median: Option<Estimate>,
     /// Share of the runs that kept the limit. A run without the outcome did not keep it.
-    pub share: Option<Estimate>,
+    #[serde(rename = "share")]
+    pub share_within: Option<Estimate>,
 }
 
 /// All limits of a campaign.
 ///
 /// # Errors
 /// The table is not that of the plan.
-pub(super) fn kept_limits(results: &Results<'_>) -> Result<Vec<KeptLimit>> {
+pub(super) fn limit_results(results: &Results<'_>) -> Result<Vec<LimitResults>> {
     let splits = splits(results)?;
     let of_limit = |limit: &Limit| {
         let all = results.numbers(&limit.outcome)?;
-        let kept = splits.iter().map(|split| {
+        let each = splits.iter().map(|split| {
             let own: Vec<usize> = (0..all.len()).filter(|row| split.rows[*row]).collect();
             let values = own.iter().filter_map(|row| all[*row]);
-            Kept {
-                of: split.name.clone(),
+            LimitResult {
+                group: split.name.clone(),
                 worst: values.max_by(|a, b| limit.beyond(*a).total_cmp(&limit.beyond(*b))),
                 median: results.sample(&own, all).quantile(0.5),
-                share: results.share(&own, |row| all[row].is_some_and(|v| limit.holds(v))),
+                share_within: results.share(&own, |row| all[row].is_some_and(|v| limit.holds(v))),
             }
         });
-        Ok(KeptLimit {
+        Ok(LimitResults {
             limit: limit.clone(),
             unit: unit(&limit.outcome),
-            kept: kept.collect(),
+            results: each.collect(),
         })
     };
     results.plan.campaign.limits.iter().map(of_limit).collect()
@@ -154,11 +157,17 @@ source = "from memory"
             plan: &plan,
             table: &table,
         };
-        let limits = kept_limits(&results).unwrap();
+        let limits = limit_results(&results).unwrap();
         let said: Vec<(&str, Option<f64>, f64)> = limits
             .iter()
-            .flat_map(|limit| &limit.kept)
-            .map(|kept| (kept.of.as_str(), kept.worst, kept.share.unwrap().value))
+            .flat_map(|limit| &limit.results)
+            .map(|result| {
+                (
+                    result.group.as_str(),
+                    result.worst,
+                    result.share_within.unwrap().value,
+                )
+            })
             .collect();
         assert_eq!(
             said,

@@ -1,7 +1,7 @@
 //! One file of a recording: the cycles of one boot with one set of settings.
 
 use super::budget::Budget;
-use super::piece::Piece;
+use super::recording_file::RecordingFile;
 use crate::recording::Header;
 use anyhow::Result;
 use serde::Serialize;
@@ -26,7 +26,7 @@ pub(super) struct Losses {
 
 /// Result of a file. The recording's metadata contains it under [`METADATA`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct PartSummary {
+pub struct FileSummary {
     /// The file.
     pub path: PathBuf,
     /// Identification of the boot of the board, hexadecimal.
@@ -54,15 +54,15 @@ pub struct PartSummary {
 }
 
 /// A file that is being written.
-pub(super) struct OpenPart {
-    piece: Piece,
-    summary: PartSummary,
+pub(super) struct StreamFile {
+    file: RecordingFile,
+    summary: FileSummary,
     last_cycle: Option<u64>,
     /// Losses of the stream before this file.
     before: Losses,
 }
 
-impl OpenPart {
+impl StreamFile {
     pub(super) fn create(
         path: &Path,
         boot: u32,
@@ -72,8 +72,8 @@ impl OpenPart {
     ) -> Result<Self> {
         let known = header.cloned().unwrap_or_default();
         Ok(Self {
-            piece: Piece::create(path, &known)?,
-            summary: PartSummary {
+            file: RecordingFile::create(path, &known)?,
+            summary: FileSummary {
                 path: path.to_path_buf(),
                 boot: format!("{boot:08x}"),
                 identity: known.identity,
@@ -98,16 +98,16 @@ impl OpenPart {
 
     /// Whether the file has reached its limit, so that another one has to follow.
     pub(super) fn is_full(&self, budget: &Budget) -> bool {
-        self.piece.is_full(budget)
+        self.file.is_full(budget)
     }
 
     /// Writes a cycle.
     pub(super) fn push(&mut self, record: &CycleRecord, budget: &mut Budget) -> Result<()> {
         let cycle = record.trace.cycle;
         if self.last_cycle.is_none() {
-            self.piece.note_wall_clock(record)?;
+            self.file.note_wall_clock(record)?;
         }
-        self.piece.push(record, None, budget)?;
+        self.file.push(record, None, budget)?;
         let missing = self
             .last_cycle
             .map_or(0, |last| cycle.saturating_sub(last.saturating_add(1)));
@@ -119,9 +119,9 @@ impl OpenPart {
     }
 
     /// Summary of the file so far; `now` are the losses of the stream.
-    pub(super) fn summary(&self, now: Losses) -> PartSummary {
-        PartSummary {
-            cycles: self.piece.cycles(),
+    pub(super) fn summary(&self, now: Losses) -> FileSummary {
+        FileSummary {
+            cycles: self.file.cycles(),
             lost_on_board: now.on_board - self.before.on_board,
             lost_datagrams: now.datagrams - self.before.datagrams,
             torn_records: now.torn - self.before.torn,
@@ -130,15 +130,15 @@ impl OpenPart {
     }
 
     /// Writes the summary into the file and ends it.
-    pub(super) fn finish(mut self, now: Losses, budget: &mut Budget) -> Result<PartSummary> {
+    pub(super) fn finish(mut self, now: Losses, budget: &mut Budget) -> Result<FileSummary> {
         let summary = self.summary(now);
-        self.piece.note(METADATA, summary.metadata())?;
-        self.piece.finish(budget)?;
+        self.file.note(METADATA, summary.metadata())?;
+        self.file.finish(budget)?;
         Ok(summary)
     }
 }
 
-impl PartSummary {
+impl FileSummary {
     fn metadata(&self) -> BTreeMap<String, String> {
         let first_cycle = self.first_cycle.unwrap_or_default();
         let numbers = [
@@ -165,7 +165,7 @@ impl PartSummary {
     }
 }
 
-impl std::fmt::Display for PartSummary {
+impl std::fmt::Display for FileSummary {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}: {} cycles", self.path.display(), self.cycles)?;
         let around = self.lost_on_board + self.lost_datagrams + self.torn_records;

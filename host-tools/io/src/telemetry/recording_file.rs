@@ -12,7 +12,7 @@ use std::time::SystemTime;
 const LOOK_CYCLES: u64 = 64;
 
 /// A file that is being written.
-pub(super) struct Piece {
+pub(super) struct RecordingFile {
     writer: RecordingWriter,
     path: PathBuf,
     cycles: u64,
@@ -20,7 +20,7 @@ pub(super) struct Piece {
     bytes: u64,
 }
 
-impl Piece {
+impl RecordingFile {
     pub(super) fn create(path: &Path, header: &Header) -> Result<Self> {
         Ok(Self {
             writer: RecordingWriter::create(path, header)?,
@@ -83,7 +83,7 @@ impl Piece {
     pub(super) fn finish(self, budget: &mut Budget) -> Result<()> {
         self.writer.finish()?;
         let bytes = std::fs::metadata(&self.path)?.len();
-        budget.ended(bytes.saturating_sub(self.bytes));
+        budget.count_last(bytes.saturating_sub(self.bytes));
         Ok(())
     }
 }

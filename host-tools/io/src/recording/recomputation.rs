@@ -44,15 +44,15 @@ impl Recording {
 pub(super) fn checksum(scratch: &mut Encoder, row: &mut Row) -> u32 {
     scratch.begin();
     for topic in Topic::COMPUTED {
-        let Ok(()) = topic.visit(&mut OneNan(scratch), row);
+        let Ok(()) = topic.visit(&mut CanonicalNan(scratch), row);
     }
     crc32fast::hash(scratch.bytes())
 }
 
 /// Encodes numbers with one bit pattern for all NaN: it differs between processors.
-struct OneNan<'a>(&'a mut Encoder);
+struct CanonicalNan<'a>(&'a mut Encoder);
 
-impl EachNumber for OneNan<'_> {
+impl EachNumber for CanonicalNan<'_> {
     #[inline]
     fn number<T: Number>(&mut self, value: T) {
         let nan = value.as_f64().is_nan().then(|| T::parse("NaN")).flatten();
@@ -70,12 +70,12 @@ impl EachNumber for OneNan<'_> {
 }
 
 /// Recomputes the cycles of a recording.
-pub(super) struct Again {
+pub(super) struct Recomputation {
     controller: RobotCycle<f64>,
     scratch: Encoder,
 }
 
-impl Again {
+impl Recomputation {
     /// None if this version cannot run with the settings of the recording.
     pub(super) fn new(header: &Header) -> Option<Self> {
         let settings = header.control_settings().ok()?;
@@ -89,14 +89,14 @@ impl Again {
     /// if their checksum differs.
     pub(super) fn complete(&mut self, row: &mut Row) -> bool {
         let recorded = row.cycle;
-        let mut again = Row {
+        let mut recomputed = Row {
             cycle: self.controller.step(&recorded.inputs),
             ..*row
         };
-        if checksum(&mut self.scratch, &mut again) != row.checksum {
+        if checksum(&mut self.scratch, &mut recomputed) != row.checksum {
             return false;
         }
-        row.cycle.trace = recorded_in_full(&recorded.trace, again.cycle.trace);
+        row.cycle.trace = recorded_in_full(&recorded.trace, recomputed.cycle.trace);
         true
     }
 }

@@ -1,8 +1,8 @@
 //! Writes the recording of one source into files of limited size.
 
 use super::budget::{Bounds, Budget};
-use super::part::METADATA;
-use super::piece::Piece;
+use super::recording_file::RecordingFile;
+use super::stream_file::METADATA;
 use crate::recording::{Header, TruthRecord};
 use anyhow::{Context, Result};
 use softdock_app::record::CycleRecord;
@@ -18,11 +18,11 @@ pub enum Time {
 }
 
 /// Consecutive files: each is complete, and all are replayed together in their order.
-pub struct Pieces {
+pub struct FileSeries {
     budget: Budget,
     time: Time,
     header: Header,
-    open: Option<Piece>,
+    open: Option<RecordingFile>,
     /// Number of the next cycle if none is lost.
     next: Option<u64>,
     /// Number of the open file's first cycle.
@@ -32,7 +32,7 @@ pub struct Pieces {
     paths: Vec<PathBuf>,
 }
 
-impl Pieces {
+impl FileSeries {
     /// Writes into `path`; further files have a number before the ending.
     pub fn new(path: &Path, bounds: Bounds, time: Time) -> Self {
         Self {
@@ -55,7 +55,7 @@ impl Pieces {
         self.finish()?;
         self.next = None;
         self.header = header;
-        self.next_piece()
+        self.next_file()
     }
 
     /// Writes a cycle. `truth`, that of the simulated rig, is given for every cycle or for none.
@@ -63,22 +63,22 @@ impl Pieces {
     /// # Errors
     /// A file cannot be written, or the total size is used up.
     pub fn push(&mut self, record: &CycleRecord, truth: Option<&TruthRecord>) -> Result<()> {
-        let full = |piece: &Piece| piece.is_full(&self.budget);
+        let full = |file: &RecordingFile| file.is_full(&self.budget);
         if self.open.as_ref().is_none_or(full) {
             self.finish()?;
-            self.next_piece()?;
+            self.next_file()?;
         }
         let cycle = record.trace.cycle;
         // The first number may be anything.
         let expected = self.next.replace(cycle.saturating_add(1));
         let missing = expected.map_or(0, |expected| cycle.saturating_sub(expected));
         self.lost = self.lost.saturating_add(missing);
-        let piece = self.open.as_mut().context("no file of the recording")?;
-        if piece.cycles() == 0 && self.time == Time::Real {
-            piece.note_wall_clock(record)?;
+        let file = self.open.as_mut().context("no file of the recording")?;
+        if file.cycles() == 0 && self.time == Time::Real {
+            file.note_wall_clock(record)?;
             self.first = cycle;
         }
-        piece.push(record, truth, &mut self.budget)
+        file.push(record, truth, &mut self.budget)
     }
 
     /// Ends the present file. In real time its metadata gets the number of lost cycles, also if that is zero, as that of a
@@ -87,20 +87,20 @@ impl Pieces {
     /// # Errors
     /// The file cannot be written.
     pub fn finish(&mut self) -> Result<()> {
-        let Some(mut piece) = self.open.take() else {
+        let Some(mut file) = self.open.take() else {
             return Ok(());
         };
         let lost = std::mem::take(&mut self.lost);
         if self.time == Time::Real {
             let numbers = [
                 ("first_cycle", self.first),
-                ("cycles", piece.cycles()),
+                ("cycles", file.cycles()),
                 ("lost_cycles", lost),
             ];
             let entries = numbers.map(|(key, number)| (key.to_owned(), number.to_string()));
-            piece.note(METADATA, entries.into())?;
+            file.note(METADATA, entries.into())?;
         }
-        piece.finish(&mut self.budget)
+        file.finish(&mut self.budget)
     }
 
     /// Paths of the files so far.
@@ -113,12 +113,12 @@ impl Pieces {
         std::mem::take(&mut self.budget.warnings)
     }
 
-    fn next_piece(&mut self) -> Result<()> {
+    fn next_file(&mut self) -> Result<()> {
         let path = self.budget.next_file();
-        let piece = Piece::create(&path, &self.header)?;
+        let file = RecordingFile::create(&path, &self.header)?;
         self.open = Some(match self.time {
-            Time::Real => piece,
-            Time::Virtual => piece.simulated(),
+            Time::Real => file,
+            Time::Virtual => file.simulated(),
         });
         self.paths.push(path);
         Ok(())
@@ -136,48 +136,48 @@ mod tests {
         record
     }
 
-    fn bounds(piece_cycles: u64) -> Bounds {
+    fn bounds(file_cycles: u64) -> Bounds {
         Bounds {
-            piece_cycles,
+            file_cycles,
             ..Bounds::default()
         }
     }
 
     #[test]
-    fn each_piece_is_whole_and_none_is_too_long() {
+    fn each_file_is_whole_and_none_is_too_long() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run.mcap");
-        let mut pieces = Pieces::new(&path, bounds(100), Time::Virtual);
+        let mut series = FileSeries::new(&path, bounds(100), Time::Virtual);
         let truth = TruthRecord::default();
         for n in 0..250 {
-            pieces.push(&cycle(n), Some(&truth)).unwrap();
+            series.push(&cycle(n), Some(&truth)).unwrap();
         }
-        pieces.finish().unwrap();
+        series.finish().unwrap();
         let mut next = 0;
-        for (path, cycles) in pieces.paths().iter().zip([100, 100, 50]) {
-            let piece = Recording::open(path).unwrap();
-            assert_eq!((piece.cut, piece.truth.len()), (None, cycles));
-            for record in piece.cycles {
+        for (path, cycles) in series.paths().iter().zip([100, 100, 50]) {
+            let file = Recording::open(path).unwrap();
+            assert_eq!((file.cut, file.truth.len()), (None, cycles));
+            for record in file.cycles {
                 assert_eq!(record.trace.cycle, next);
                 next += 1;
             }
         }
-        assert_eq!((next, pieces.paths().len()), (250, 3));
+        assert_eq!((next, series.paths().len()), (250, 3));
     }
 
     /// The first chunk that goes beyond the size ends a file.
     #[test]
-    fn a_piece_that_has_its_size_is_ended() {
+    fn a_file_that_has_its_size_is_ended() {
         let folder = tempfile::tempdir().unwrap();
         let mut of_size = bounds(u64::MAX);
-        of_size.piece_bytes = 1;
-        let mut pieces = Pieces::new(&folder.path().join("run.mcap"), of_size, Time::Virtual);
+        of_size.file_bytes = 1;
+        let mut series = FileSeries::new(&folder.path().join("run.mcap"), of_size, Time::Virtual);
         for n in 0..200 {
-            pieces.push(&cycle(n), None).unwrap();
+            series.push(&cycle(n), None).unwrap();
         }
-        pieces.finish().unwrap();
+        series.finish().unwrap();
         let cycles = |path: &PathBuf| Recording::open(path).unwrap().cycles.len();
-        let lengths: Vec<usize> = pieces.paths().iter().map(cycles).collect();
+        let lengths: Vec<usize> = series.paths().iter().map(cycles).collect();
         assert_eq!(lengths.iter().sum::<usize>(), 200);
         assert!(lengths.len() >= 3, "{lengths:?}");
     }
@@ -187,17 +187,17 @@ mod tests {
     fn a_board_that_starts_over_gets_a_file_of_its_own() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run.mcap");
-        let mut pieces = Pieces::new(&path, bounds(100), Time::Real);
+        let mut series = FileSeries::new(&path, bounds(100), Time::Real);
         for settings in ["a = 1", "a = 2"] {
             let header = Header {
                 settings_toml: settings.to_owned(),
                 ..Header::default()
             };
-            pieces.begin(header).unwrap();
-            pieces.push(&cycle(0), None).unwrap();
+            series.begin(header).unwrap();
+            series.push(&cycle(0), None).unwrap();
         }
-        pieces.finish().unwrap();
-        for (path, settings) in pieces.paths().iter().zip(["a = 1", "a = 2"]) {
+        series.finish().unwrap();
+        for (path, settings) in series.paths().iter().zip(["a = 1", "a = 2"]) {
             let bytes = std::fs::read(path).unwrap();
             let recording = Recording::open(path).unwrap();
             assert_eq!(recording.header.settings_toml, settings);
@@ -210,13 +210,13 @@ mod tests {
     #[test]
     fn a_file_says_how_many_cycles_it_lacks() {
         let folder = tempfile::tempdir().unwrap();
-        let mut pieces = Pieces::new(&folder.path().join("run.mcap"), bounds(5), Time::Real);
+        let mut series = FileSeries::new(&folder.path().join("run.mcap"), bounds(5), Time::Real);
         for n in [0, 1, 5, 6, 9, 10, 11] {
-            pieces.push(&cycle(n), None).unwrap();
+            series.push(&cycle(n), None).unwrap();
         }
-        pieces.finish().unwrap();
-        let [first, second] = pieces.paths() else {
-            panic!("{:?}", pieces.paths());
+        series.finish().unwrap();
+        let [first, second] = series.paths() else {
+            panic!("{:?}", series.paths());
         };
         let has = |path: &Path, part: &[u8]| {
             let bytes = std::fs::read(path).unwrap();
@@ -236,8 +236,8 @@ mod tests {
             total_bytes: 100_000,
             ..bounds(10)
         };
-        let mut pieces = Pieces::new(&folder.path().join("run.mcap"), few, Time::Virtual);
-        let error = (0..1000).find_map(|n| pieces.push(&cycle(n), None).err());
+        let mut series = FileSeries::new(&folder.path().join("run.mcap"), few, Time::Virtual);
+        let error = (0..1000).find_map(|n| series.push(&cycle(n), None).err());
         assert!(error.unwrap().to_string().contains("--max-gb"));
     }
 
@@ -248,10 +248,10 @@ mod tests {
             total_bytes: 1,
             ..bounds(100)
         };
-        let mut pieces = Pieces::new(&folder.path().join("run.mcap"), few, Time::Virtual);
-        let error = (0..200).find_map(|n| pieces.push(&cycle(n), None).err());
+        let mut series = FileSeries::new(&folder.path().join("run.mcap"), few, Time::Virtual);
+        let error = (0..200).find_map(|n| series.push(&cycle(n), None).err());
         assert!(error.unwrap().to_string().contains("--max-gb"));
-        drop(pieces);
+        drop(series);
         let whole = Recording::open(&folder.path().join("run.mcap")).unwrap();
         assert_eq!(whole.cut, None);
     }

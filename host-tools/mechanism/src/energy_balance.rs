@@ -5,7 +5,7 @@ use serde::Serialize;
 
 /// Energy balance of a mechanism: `work = stored + dissipated`, except for the integration error of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct EnergyBook {
+pub struct EnergyBalance {
     /// Work of the two sides on the mechanism, J.
     pub work_j: f64,
     /// Energy that the mechanism would give back, J.
@@ -14,9 +14,9 @@ pub struct EnergyBook {
     pub dissipated_j: f64,
 }
 
-impl EnergyBook {
+impl EnergyBalance {
     /// Adds a step between two reactions, with the mean velocity in `at`; dry friction dissipated `friction_j`.
-    fn enter(
+    fn add_step(
         &mut self,
         [before, after]: [&Reaction; 2],
         at: &Relative,
@@ -35,7 +35,7 @@ impl EnergyBook {
     }
 }
 
-impl core::ops::Add for EnergyBook {
+impl core::ops::Add for EnergyBalance {
     type Output = Self;
     fn add(self, other: Self) -> Self {
         Self {
@@ -48,20 +48,20 @@ impl core::ops::Add for EnergyBook {
 
 /// A mechanism with its energy balance.
 #[derive(Clone, Debug)]
-pub struct Booked<M> {
+pub struct EnergyTracked<M> {
     /// The mechanism.
     pub mechanism: M,
     before: Option<Reaction>,
-    book: EnergyBook,
+    balance: EnergyBalance,
 }
 
-impl<M: Mechanism> Booked<M> {
+impl<M: Mechanism> EnergyTracked<M> {
     /// A mechanism that nothing has touched yet.
     pub fn new(mechanism: M) -> Self {
         Self {
             mechanism,
             before: None,
-            book: EnergyBook::default(),
+            balance: EnergyBalance::default(),
         }
     }
 
@@ -70,12 +70,13 @@ impl<M: Mechanism> Booked<M> {
         let friction_j = self.mechanism.advance(at, step_s);
         let after = self.mechanism.reaction(at);
         let before = self.before.replace(after).unwrap_or(after);
-        self.book.enter([&before, &after], at, step_s, friction_j);
+        self.balance
+            .add_step([&before, &after], at, step_s, friction_j);
         after
     }
 
     /// The energy balance so far.
-    pub fn book(&self) -> EnergyBook {
-        self.book
+    pub fn balance(&self) -> EnergyBalance {
+        self.balance
     }
 }
