@@ -10,9 +10,6 @@ use softdock_physics::model::prediction::Prediction;
 use softdock_physics::model::prediction::signals::Signals;
 use softdock_physics::model::{Axis, Channel, EffectModel, Model};
 
-/// Share of noise in the squared acceleration from which a mass that follows from it is not named: less than half of it is found.
-pub(super) const DROWNED: f64 = 0.5;
-
 /// Why a mass or an inertia is not named.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Drowned {
