@@ -1,4 +1,4 @@
-//! The impacts in a simulated run, held against the analytic elastic (or damped) bounce ([`one_contact`](super::one_contact)).
+//! The impacts in a simulated run, held against the analytic elastic (or damped) bounce ([`one_contact`]).
 
 use super::one_contact;
 use super::scenario::Scenario;

@@ -1,7 +1,6 @@
 //! Lightly damped structural mode between command and executed velocity.
 //!
-//! The equation is that of [`SecondOrderServo`](super::second_order_servo::SecondOrderServo), which
-//! computes it; only the plausible damping differs, and with it the cause: joints, flange and tool
+//! The equation is that of [`SecondOrderServo`], which computes it; only the plausible damping differs, and with it the cause: joints, flange and tool
 //! that swing, instead of a velocity loop that responds.
 
 use super::AxisStage;
