@@ -27,7 +27,7 @@ const STEPS: usize = 8;
 /// Cycles at the beginning of the log that are left out: the simulation begins with the state behind them.
 const FIRST: usize = 4;
 /// Ratio of error to motion, both rms, from which on the simulation is said to run away.
-const RUN_OFF: f64 = 1e3;
+pub(crate) const RUN_OFF: f64 = 1e3;
 
 /// Error of a motion that is simulated from the force alone.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

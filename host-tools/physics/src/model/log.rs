@@ -158,12 +158,13 @@ impl Log {
     }
 
     /// The wrench, if a motion was logged under a constant one, as under a constant command; else `None`. Rows at rest without any
-    /// load, as before a step of the command, do not count.
+    /// load before the first one, as before a step of the command, do not count.
     pub fn constant_wrench(&self) -> Option<[f64; 6]> {
         let row = |series: &[Vec<f64>; 6], n: usize| series.each_ref().map(|series| series[n]);
         let stands = |n: &usize| row(&self.executed, *n) == [0.0; 6];
+        let rests = |n: &usize| stands(n) && row(&self.wrench, *n) == [0.0; 6];
         let mut loads = (0..self.cycle_count())
-            .filter(|n| !stands(n) || row(&self.wrench, *n) != [0.0; 6])
+            .skip_while(rests)
             .map(|n| row(&self.wrench, n));
         let first = loads.next()?;
         let moves = is_measured(self.executed.iter().flatten().copied());

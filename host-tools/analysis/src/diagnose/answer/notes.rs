@@ -282,7 +282,7 @@ impl Answer<'_> {
         let drowned = reduction.drowned.iter().map(|(id, why)| {
             let why = match why {
                 Drowned::Noise(share) => format!(
-                    "{} of the squared acceleration is noise of the recorded motion",
+                    "up to {} of the squared acceleration is noise of the recorded motion",
                     small_share(*share)
                 ),
                 Drowned::RunsOff(off) => {
@@ -291,13 +291,14 @@ impl Answer<'_> {
                 }
             };
             format!(
-                "{id} is not named: {why}. Noise of the acceleration makes a mass or an inertia look smaller than it is; a [filter] in \
-                 the mapping of the import with a lower cutoff keeps it down."
+                "{id} is not named: {why}. Noise of the acceleration makes a mass or an inertia look smaller than it is; if that is the cause, a \
+                 [filter] in the mapping of the import with a lower cutoff keeps it down."
             )
         });
         let left_out = reduction.left_out.iter().map(|(id, name, [with, without])| {
+            let [with, without] = [with, without].map(|error| number::significant(*error, 3));
             format!(
-                "{name} of {id} is left out: without it the error on unseen data goes from {with:.2} to {without:.2}."
+                "{name} of {id} is left out: without it the error on unseen data falls from {with} to {without}."
             )
         });
         curves
@@ -338,8 +339,8 @@ impl Answer<'_> {
         let noisy = reduction.noisy.iter().filter(|noisy| noisy.1 > MENTIONED);
         let noisy = noisy.map(|(id, share)| {
             format!(
-                "Of the squared acceleration {} is noise of the recorded motion, which makes {id} too small by as much: its interval reaches up to \
-                 what it would be without the noise.",
+                "Up to {} of the squared acceleration is noise of the recorded motion. The mass or inertia that {id} corrects may be too small by as \
+                 much: the interval reaches up to what it would be without the noise.",
                 small_share(*share)
             )
         });

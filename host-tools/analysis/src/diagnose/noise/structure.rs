@@ -154,7 +154,10 @@ impl Structure {
     pub(crate) fn strongest(&self) -> ((usize, usize), String) {
         let whole = (0, self.length);
         let bursts = self.burst > 1.0;
-        if self.narrow.over_usual > LINE && !(bursts && self.burst_squares > self.narrow.squares) {
+        let (piece, window) = (self.narrow.at, self.burst_at);
+        let is_elsewhere = window.0 + window.1 <= piece.0 || piece.0 + piece.1 <= window.0;
+        let hides = bursts && is_elsewhere && self.burst_squares > self.narrow.squares;
+        if self.narrow.over_usual > LINE && !hides {
             let line = format!("a spectral line at {:.1} Hz", self.narrow.hz);
             (self.narrow.at, line)
         } else if bursts {

@@ -339,8 +339,8 @@ impl<'a> SubsetPredictions<'a> {
     }
 
     /// Removes a mass or an inertia that follows from an acceleration which is mostly noise: by the noise of the model file, or by
-    /// what noise of another kind leads to, so little mass that the simulated motion [runs off](RUNS_OFF) and does not without the
-    /// effect.
+    /// what noise of another kind leads to, so little mass that the simulated motion [runs off](RUNS_OFF) and is [closer](STAYS)
+    /// without the effect.
     fn without_drowned(
         &mut self,
         effects: &mut Vec<usize>,
@@ -382,26 +382,43 @@ impl<'a> SubsetPredictions<'a> {
             return Ok(left_out);
         }
         for &k in effects {
-            for name in self.found[k].independent_amounts(self.model) {
-                let with = self.levels(effects)?;
-                let kept = (self.found[k].clone(), self.all.clone(), self.refitted);
-                self.found[k].leave_out(name);
-                self.all[k].leave_out(name);
-                self.predictions.clear();
-                self.refit(effects)?;
-                let less = self.levels(effects)?;
-                let is_better =
-                    less.test * RISES < with.test && less.train < FORETELLS * with.train;
-                if is_better && self.found[k].has_amounts(self.model) {
-                    let id = self.found[k].effect.id.clone();
-                    left_out.push((id, name.to_owned(), [with.test, less.test]));
-                } else {
-                    (self.found[k], self.all, self.refitted) = kept;
-                    self.predictions.clear();
-                }
+            // Of one that is left nothing could be taken.
+            while let Some((name, errors)) = self.most_misleading_amount(effects, k)? {
+                self.leave_out(effects, k, name)?;
+                let id = self.found[k].effect.id.clone();
+                left_out.push((id, name.to_owned(), errors));
             }
         }
         Ok(left_out)
+    }
+
+    /// The amount without which the unseen logs are predicted best, if better than with it, and the error on them with and without.
+    fn most_misleading_amount(
+        &mut self,
+        effects: &[usize],
+        k: usize,
+    ) -> anyhow::Result<Option<(&'static str, [f64; 2])>> {
+        let with = self.levels(effects)?;
+        let mut best: Option<(&'static str, [f64; 2])> = None;
+        for name in self.found[k].independent_amounts(self.model) {
+            let kept = (self.found[k].clone(), self.all.clone(), self.refitted);
+            self.leave_out(effects, k, name)?;
+            let less = self.levels(effects)?;
+            (self.found[k], self.all, self.refitted) = kept;
+            self.predictions.clear();
+            let least = best.map_or(with.test / RISES, |(_, [_, least])| least);
+            if less.test < least && less.train < FORETELLS * with.train {
+                best = Some((name, [with.test, less.test]));
+            }
+        }
+        Ok(best)
+    }
+
+    fn leave_out(&mut self, effects: &[usize], k: usize, name: &str) -> anyhow::Result<()> {
+        self.found[k].leave_out(name);
+        self.all[k].leave_out(name);
+        self.predictions.clear();
+        self.refit(effects)
     }
 
     /// Widens the intervals of what follows from the acceleration by what noise takes of it. Returns ids with the share of noise.

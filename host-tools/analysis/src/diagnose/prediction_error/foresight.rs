@@ -1,7 +1,7 @@
 //! How well a model foretells: the reading at each measured instant, and a whole motion in free-run simulation.
 
 use super::for_prediction::Errors;
-use crate::compare::free_simulation::simulate;
+use crate::compare::free_simulation::{RUN_OFF, simulate};
 use crate::diagnose::evidence::{DRIVES_AWAY, FORETELLS, MOVES, RISES, RUNS_OFF, STAYS};
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
@@ -59,9 +59,9 @@ impl<'a> Foresight<'a> {
         self.is_as_good_as(other, FORETELLS) && moves()
     }
 
-    /// Whether its simulated motion stays, while that of the other one [runs off](RUNS_OFF), and its error at each instant is hardly
-    /// larger. A controller that makes the command from the position looks like a force by position, of the sign that drives away
-    /// what is there.
+    /// Whether the simulated motion of the other one [runs off](RUNS_OFF), its own is [closer](STAYS), and its error at each instant
+    /// is hardly larger. A controller that makes the command from the position looks like a force by position, of the sign that
+    /// drives away what is there.
     pub(crate) fn stays_where_runs_off(&self, other: &Self) -> bool {
         let stays = |own: f64, other: f64| other > RUNS_OFF && own * STAYS < other;
         let is_closer = || Some(stays(self.off_by()?, other.off_by()?));
@@ -82,14 +82,14 @@ impl<'a> Foresight<'a> {
     }
 }
 
-/// Rms error of the simulated motion on some logs, relative to the rms motion. Infinite if a simulation runs away; `None` if no
+/// Rms error of the simulated motion on some logs, relative to the rms motion. [`RUN_OFF`] if a simulation runs away; `None` if no
 /// recorded force drives a single axis, or an effect cannot be simulated.
 pub(crate) fn off_by(model: &Model, recordings: &[&Recording]) -> Option<f64> {
     let square = |recording: &&Recording| {
         let signals = Signals::new(recording).ok()?;
         match simulate(model, &signals)? {
             Ok(free) => Some(free.relative.powi(2)),
-            Err(none) => none.runs_away.then_some(f64::INFINITY),
+            Err(none) => none.runs_away.then_some(RUN_OFF.powi(2)),
         }
     };
     let each: Option<Vec<f64>> = recordings.iter().map(square).collect();

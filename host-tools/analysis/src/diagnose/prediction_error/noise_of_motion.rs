@@ -3,6 +3,7 @@
 //! A regression on a noisy quantity finds too small a factor: where a share λ of the squared acceleration is noise, it finds 1 − λ of
 //! what moves (errors in variables; Fuller 1987, Measurement Error Models, section 1.1).
 
+use crate::diagnose::evidence::DROWNED;
 use crate::diagnose::named::NamedEffect;
 use softdock_io::recording::Recording;
 use softdock_physics::effects::by_id;
@@ -40,7 +41,8 @@ impl MovedInertia {
             false => (model.tool.mass_kg, "kg"),
         };
         let mut parameters = by_id(&effect.id)?.parameters.iter();
-        let correction = parameters.find(|p| p.of_the_tool != 0.0 && p.unit == unit)?;
+        // Only a correction of a nominal value may be negative.
+        let correction = parameters.find(|p| p.of_the_tool < 0.0 && p.unit == unit)?;
         let correction_of = effect.parameters.get(correction.name)?;
         Some(Self {
             axis,
@@ -76,13 +78,17 @@ impl MovedInertia {
             }
         }
         let at_most = left / self.whole.powi(2);
-        // Without any acceleration nothing is noise.
-        Ok((noise.min(at_most) / all.max(f64::MIN_POSITIVE)).min(1.0))
+        match all > 0.0 {
+            true => Ok((noise.min(at_most) / all).min(1.0)),
+            false => Ok(0.0),
+        }
     }
 
-    /// Widens the interval of the correction so that it holds what moves if the noise has taken its share.
+    /// Widens the interval of the correction so that it holds what moves if the noise has taken its share. Of a share above
+    /// [`DROWNED`] the log bounds nothing.
     pub(super) fn widen(&self, named: &mut NamedEffect, share: f64) {
-        let Some(estimate) = named.estimates.get(self.name).cloned() else {
+        let estimate = named.estimates.get(self.name).cloned();
+        let Some(estimate) = estimate.filter(|_| share <= DROWNED) else {
             return;
         };
         let most = (self.nominal + estimate.high) / (1.0 - share) - self.nominal;

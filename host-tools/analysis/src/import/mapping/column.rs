@@ -161,7 +161,7 @@ impl Column {
         let converter = self.unit.filter(|unit| unit.quantity.is_none())?;
         (self.scale?.abs() == 1.0).then(|| {
             format!(
-                "1 {} counts as {} {si}: what is said in {si} is of the converter's scale",
+                "1 {} counts as {} {si}: amounts in {si} are converter units, and no forces or torques",
                 converter.name, converter.si
             )
         })

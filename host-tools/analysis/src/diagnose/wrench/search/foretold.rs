@@ -124,7 +124,8 @@ impl SearchState<'_> {
         better.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
         let foretells = |t: &&&TestedHypothesis| {
             let foretold = self.foretold(self.parts(t));
-            foretold.is_some_and(|foretold| foretold > gain) && !self.is_forbidden_when_estimated(t)
+            foretold.is_some_and(|foretold| foretold > gain + TOLD_APART)
+                && !self.is_forbidden_when_estimated(t)
         };
         let best = better.iter().find(foretells);
         best.map_or(accepted, |best| (*best).clone())
