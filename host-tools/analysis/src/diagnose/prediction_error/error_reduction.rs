@@ -1,12 +1,11 @@
 //! How the error falls as named effects are added one after the other, and which effects are refused for it.
 
 use super::for_prediction;
-use super::foresight::off_by;
 use super::late_by_foretelling;
 use super::left_over::left_of_actuator;
-use super::noise_of_motion::{Drowned, MovedInertia};
+use super::noise_of_motion::Drowned;
 use super::reversal;
-use crate::diagnose::evidence::{DROWNED, FORETELLS, RISES, RUNS_OFF, STAYS};
+use crate::diagnose::evidence::{FORETELLS, RISES};
 use crate::diagnose::logs::Logs;
 use crate::diagnose::named::{NamedEffect, with_effects};
 use crate::diagnose::question::Question;
@@ -206,28 +205,28 @@ fn late_effects(
 }
 
 /// Rms errors on the logs of the fit and on the unseen ones.
-struct Error {
-    train: f64,
-    test: f64,
+pub(super) struct Error {
+    pub(super) train: f64,
+    pub(super) test: f64,
 }
 
 /// Predictions with subsets of the found effects; each subset is predicted once.
-struct SubsetPredictions<'a> {
-    model: &'a Model,
-    recordings: &'a Logs<&'a Recording>,
+pub(super) struct SubsetPredictions<'a> {
+    pub(super) model: &'a Model,
+    pub(super) recordings: &'a Logs<&'a Recording>,
     /// The effects with the parameters of the search.
-    found: Vec<NamedEffect>,
+    pub(super) found: Vec<NamedEffect>,
     /// The effects with the parameters that foretell best.
-    all: Vec<NamedEffect>,
-    refitted: Option<[f64; 2]>,
-    predictions: BTreeMap<Vec<usize>, Logs<Prediction>>,
+    pub(super) all: Vec<NamedEffect>,
+    pub(super) refitted: Option<[f64; 2]>,
+    pub(super) predictions: BTreeMap<Vec<usize>, Logs<Prediction>>,
     /// Structure is left, so that the likelihood and the error itself may prefer different parameters.
     leaves_structure: bool,
     /// Some effects were held while others were found beside them.
     in_rounds: bool,
     /// A shape that the user asked for stands at the end of its searched range: least squares may go beyond.
     at_an_end: bool,
-    can_foretell: bool,
+    pub(super) can_foretell: bool,
     /// See [`may_be_form`].
     may_be_form: bool,
 }
@@ -270,7 +269,7 @@ impl<'a> SubsetPredictions<'a> {
     }
 
     /// Errors with these effects.
-    fn levels(&mut self, effects: &[usize]) -> anyhow::Result<Error> {
+    pub(super) fn levels(&mut self, effects: &[usize]) -> anyhow::Result<Error> {
         let key = sorted(effects);
         let both = match self.predictions.remove(&key) {
             Some(both) => both,
@@ -322,7 +321,7 @@ impl<'a> SubsetPredictions<'a> {
     }
 
     /// Gives these effects the parameters that foretell best beside each other.
-    fn refit(&mut self, effects: &[usize]) -> anyhow::Result<()> {
+    pub(super) fn refit(&mut self, effects: &[usize]) -> anyhow::Result<()> {
         if !self.is_refitted() {
             return Ok(());
         }
@@ -336,112 +335,6 @@ impl<'a> SubsetPredictions<'a> {
         self.refitted = errors;
         self.predictions.clear();
         Ok(())
-    }
-
-    /// Removes a mass or an inertia that follows from an acceleration which is mostly noise: by the noise of the model file, or by
-    /// what noise of another kind leads to, so little mass that the simulated motion [runs off](RUNS_OFF) and is [closer](STAYS)
-    /// without the effect.
-    fn without_drowned(
-        &mut self,
-        effects: &mut Vec<usize>,
-    ) -> anyhow::Result<Vec<(String, Drowned)>> {
-        let mut gone = Vec::new();
-        for k in effects.clone() {
-            if MovedInertia::of(self.model, &self.all[k].effect).is_none() {
-                continue;
-            }
-            let others = without(effects, k);
-            let share = self.share_of_noise(effects, k)?;
-            let off = [&others, &*effects].map(|effects| {
-                let model = with_effects(self.model, effects.iter().map(|k| &self.all[*k]));
-                off_by(&model, self.recordings.test())
-            });
-            let drowned = match off {
-                _ if share > DROWNED => Drowned::Noise(share),
-                [Some(less), Some(with)] if with > RUNS_OFF && with > STAYS * less => {
-                    Drowned::RunsOff([less, with])
-                }
-                _ => continue,
-            };
-            gone.push((self.all[k].effect.id.clone(), drowned));
-            *effects = others;
-            self.refit(effects)?;
-        }
-        Ok(gone)
-    }
-
-    /// Leaves out amounts of effects whose amounts are independent (the cosine of a weight that hangs straight, say) if the unseen
-    /// logs are predicted better without and the logs of the fit about as well. Returns the ids and names, with the error on
-    /// unseen data with and without each.
-    fn without_misleading_amounts(
-        &mut self,
-        effects: &[usize],
-    ) -> anyhow::Result<Vec<(String, String, [f64; 2])>> {
-        let mut left_out = Vec::new();
-        if !self.can_foretell {
-            return Ok(left_out);
-        }
-        for &k in effects {
-            // Of one that is left nothing could be taken.
-            while let Some((name, errors)) = self.most_misleading_amount(effects, k)? {
-                self.leave_out(effects, k, name)?;
-                let id = self.found[k].effect.id.clone();
-                left_out.push((id, name.to_owned(), errors));
-            }
-        }
-        Ok(left_out)
-    }
-
-    /// The amount without which the unseen logs are predicted best, if better than with it, and the error on them with and without.
-    fn most_misleading_amount(
-        &mut self,
-        effects: &[usize],
-        k: usize,
-    ) -> anyhow::Result<Option<(&'static str, [f64; 2])>> {
-        let with = self.levels(effects)?;
-        let mut best: Option<(&'static str, [f64; 2])> = None;
-        for name in self.found[k].independent_amounts(self.model) {
-            let kept = (self.found[k].clone(), self.all.clone(), self.refitted);
-            self.leave_out(effects, k, name)?;
-            let less = self.levels(effects)?;
-            (self.found[k], self.all, self.refitted) = kept;
-            self.predictions.clear();
-            let least = best.map_or(with.test / RISES, |(_, [_, least])| least);
-            if less.test < least && less.train < FORETELLS * with.train {
-                best = Some((name, [with.test, less.test]));
-            }
-        }
-        Ok(best)
-    }
-
-    fn leave_out(&mut self, effects: &[usize], k: usize, name: &str) -> anyhow::Result<()> {
-        self.found[k].leave_out(name);
-        self.all[k].leave_out(name);
-        self.predictions.clear();
-        self.refit(effects)
-    }
-
-    /// Widens the intervals of what follows from the acceleration by what noise takes of it. Returns ids with the share of noise.
-    fn widened_by_noise(&mut self, effects: &[usize]) -> anyhow::Result<Vec<(String, f64)>> {
-        let mut widened = Vec::new();
-        for &k in effects {
-            let share = self.share_of_noise(effects, k)?;
-            if let Some(moved) = MovedInertia::of(self.model, &self.all[k].effect) {
-                moved.widen(&mut self.all[k], share);
-                widened.push((self.all[k].effect.id.clone(), share));
-            }
-        }
-        Ok(widened)
-    }
-
-    /// See [`MovedInertia::share_of_noise`]; 0 for an effect that is no mass and no inertia.
-    fn share_of_noise(&mut self, effects: &[usize], k: usize) -> anyhow::Result<f64> {
-        let Some(moved) = MovedInertia::of(self.model, &self.all[k].effect) else {
-            return Ok(0.0);
-        };
-        let model = with_effects(self.model, effects.iter().map(|k| &self.all[*k]));
-        let predictions = self.predicted(effects)?;
-        moved.share_of_noise(&model, self.recordings.train(), predictions.train())
     }
 
     /// Removes effects whose intervals do not exclude that they are absent, one at a time; an effect without which unseen data
@@ -577,13 +470,13 @@ impl<'a> SubsetPredictions<'a> {
         }
     }
 
-    fn predicted(&self, effects: &[usize]) -> anyhow::Result<Logs<Prediction>> {
+    pub(super) fn predicted(&self, effects: &[usize]) -> anyhow::Result<Logs<Prediction>> {
         let model = with_effects(self.model, effects.iter().map(|k| &self.all[*k]));
         predict_all(&model, self.recordings)
     }
 }
 
-fn without(effects: &[usize], one: usize) -> Vec<usize> {
+pub(super) fn without(effects: &[usize], one: usize) -> Vec<usize> {
     let others = effects.iter().copied();
     others.filter(|other| *other != one).collect()
 }

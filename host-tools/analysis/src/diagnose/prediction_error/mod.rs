@@ -6,5 +6,6 @@ pub(crate) mod foresight;
 pub(crate) mod late_by_foretelling;
 pub(crate) mod left_over;
 pub(crate) mod log_to_log;
+mod misleading_amounts;
 pub(crate) mod noise_of_motion;
 pub(crate) mod reversal;

@@ -3,8 +3,10 @@
 //! A regression on a noisy quantity finds too small a factor: where a share λ of the squared acceleration is noise, it finds 1 − λ of
 //! what moves (errors in variables; Fuller 1987, Measurement Error Models, section 1.1).
 
-use crate::diagnose::evidence::DROWNED;
-use crate::diagnose::named::NamedEffect;
+use super::error_reduction::{SubsetPredictions, without};
+use super::foresight::off_by;
+use crate::diagnose::evidence::{DROWNED, RUNS_OFF, STAYS};
+use crate::diagnose::named::{NamedEffect, with_effects};
 use softdock_io::recording::Recording;
 use softdock_physics::effects::by_id;
 use softdock_physics::model::prediction::Prediction;
@@ -20,8 +22,68 @@ pub(crate) enum Drowned {
     RunsOff([f64; 2]),
 }
 
+impl SubsetPredictions<'_> {
+    /// Removes a mass or an inertia that follows from an acceleration which is mostly noise: by the noise of the model file, or by
+    /// what noise of another kind leads to, so little mass that the simulated motion [runs off](RUNS_OFF) and is [closer](STAYS)
+    /// without the effect.
+    pub(super) fn without_drowned(
+        &mut self,
+        effects: &mut Vec<usize>,
+    ) -> anyhow::Result<Vec<(String, Drowned)>> {
+        let mut gone = Vec::new();
+        for k in effects.clone() {
+            if MovedInertia::of(self.model, &self.all[k].effect).is_none() {
+                continue;
+            }
+            let others = without(effects, k);
+            let share = self.share_of_noise(effects, k)?;
+            let off = [&others, &*effects].map(|effects| {
+                let model = with_effects(self.model, effects.iter().map(|k| &self.all[*k]));
+                off_by(&model, self.recordings.test())
+            });
+            let drowned = match off {
+                _ if share > DROWNED => Drowned::Noise(share),
+                [Some(less), Some(with)] if with > RUNS_OFF && with > STAYS * less => {
+                    Drowned::RunsOff([less, with])
+                }
+                _ => continue,
+            };
+            gone.push((self.all[k].effect.id.clone(), drowned));
+            *effects = others;
+            self.refit(effects)?;
+        }
+        Ok(gone)
+    }
+
+    /// Widens the intervals of what follows from the acceleration by what noise takes of it. Returns ids with the share of noise.
+    pub(super) fn widened_by_noise(
+        &mut self,
+        effects: &[usize],
+    ) -> anyhow::Result<Vec<(String, f64)>> {
+        let mut widened = Vec::new();
+        for &k in effects {
+            let share = self.share_of_noise(effects, k)?;
+            if let Some(moved) = MovedInertia::of(self.model, &self.all[k].effect) {
+                moved.widen(&mut self.all[k], share);
+                widened.push((self.all[k].effect.id.clone(), share));
+            }
+        }
+        Ok(widened)
+    }
+
+    /// See [`MovedInertia::share_of_noise`]; 0 for an effect that is no mass and no inertia.
+    fn share_of_noise(&mut self, effects: &[usize], k: usize) -> anyhow::Result<f64> {
+        let Some(moved) = MovedInertia::of(self.model, &self.all[k].effect) else {
+            return Ok(0.0);
+        };
+        let model = with_effects(self.model, effects.iter().map(|k| &self.all[*k]));
+        let predictions = self.predicted(effects)?;
+        moved.share_of_noise(&model, self.recordings.train(), predictions.train())
+    }
+}
+
 /// Mass that moves along a single axis, kg, or moment of inertia about it, kg·m², by a model and an effect that corrects it.
-pub(super) struct MovedInertia {
+struct MovedInertia {
     axis: Axis,
     /// The parameter of the effect.
     name: &'static str,
@@ -32,7 +94,7 @@ pub(super) struct MovedInertia {
 
 impl MovedInertia {
     /// `None` if several axes move, or the effect is no correction of what moves.
-    pub(super) fn of(model: &Model, effect: &EffectModel) -> Option<Self> {
+    fn of(model: &Model, effect: &EffectModel) -> Option<Self> {
         let [axis] = model.rig.active_axes[..] else {
             return None;
         };
@@ -55,7 +117,7 @@ impl MovedInertia {
     /// Share of noise in the squared acceleration of some logs, from 0 to 1. The noise is that of the model file, through the
     /// differences and the filter of the log; of noise that is less there than at higher frequencies this is too much, and what
     /// the predictions leave of the wrench bounds it: they leave at least the noise times what moves.
-    pub(super) fn share_of_noise(
+    fn share_of_noise(
         &self,
         model: &Model,
         recordings: &[&Recording],
@@ -86,7 +148,7 @@ impl MovedInertia {
 
     /// Widens the interval of the correction so that it holds what moves if the noise has taken its share. Of a share above
     /// [`DROWNED`] the log bounds nothing.
-    pub(super) fn widen(&self, named: &mut NamedEffect, share: f64) {
+    fn widen(&self, named: &mut NamedEffect, share: f64) {
         let estimate = named.estimates.get(self.name).cloned();
         let Some(estimate) = estimate.filter(|_| share <= DROWNED) else {
             return;
