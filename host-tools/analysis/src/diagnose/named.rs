@@ -48,6 +48,22 @@ impl NamedEffect {
         LoadEffect::find(model, &self.effect.id).is_none_or(|effect| effect.is_significant(is_sure))
     }
 
+    /// Sum of its forces and torques in units of the noise: no row of a reading changes by more through a dry friction.
+    pub(crate) fn level(&self, model: &Model) -> f64 {
+        let of = |(name, estimate): (&String, &Estimate)| {
+            let noise = match estimate.unit.as_str() {
+                "N" => model.noise.force_n,
+                "N·m" => model.noise.torque_n_m,
+                _ => return 0.0,
+            };
+            self.effect
+                .parameters
+                .get(name)
+                .map_or(0.0, |value| value.abs() / noise)
+        };
+        self.estimates.iter().map(of).sum()
+    }
+
     /// Whether the intervals of all its parameters include 0.
     pub(crate) fn may_be_0(&self) -> bool {
         let mut all = self.estimates.values();

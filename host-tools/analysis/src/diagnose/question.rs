@@ -37,6 +37,11 @@ impl Question<'_> {
         self.general_curves || self.is_asked()
     }
 
+    /// Effects that are not tried if further ones are not.
+    pub(super) fn also_without(&self, ids: &[String]) -> Vec<String> {
+        self.without.iter().chain(ids).cloned().collect()
+    }
+
     /// Whether a user asked for the effects that are tried.
     pub(super) fn is_asked(&self) -> bool {
         self.only.is_some() || self.asked

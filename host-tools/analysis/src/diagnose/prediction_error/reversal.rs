@@ -51,6 +51,9 @@ pub(crate) fn best_reversal(
     /// the rms speed; from sharp to round. Fewer are tried of many sets.
     const HALVINGS: &[i32] = &[5, 4, 3, 2, 1, 0];
     const FEWER: &[i32] = &[4, 2, 0];
+    /// By how much another transition may lower an error, in levels of the friction. It moves the force of each row by at most one
+    /// level; the friction that is fitted with it may be larger, and other amounts move with it. Set by hand.
+    const ROUNDER: f64 = 3.0;
     let slowest = speed / LEVEL;
     let turning = |named: &[NamedEffect], k: usize, speed: f64| {
         // A transition over higher speeds would make a viscous friction of it.
@@ -79,11 +82,12 @@ pub(crate) fn best_reversal(
             rises = if errors.of_fit > last { rises + 1 } else { 0 };
             last = errors.of_fit;
             before.clone_from(&others);
+            let farthest = others[k].level(model);
             tried.push((others, errors));
             if last < least {
                 least = last;
                 best_speed = Some(speed);
-            } else if rises > 1 {
+            } else if rises > 1 || last - ROUNDER * farthest > least {
                 break;
             }
         }

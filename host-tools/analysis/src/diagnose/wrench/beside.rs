@@ -138,7 +138,7 @@ pub(crate) fn beside_curves(first: WrenchFinding, asking: &mut Asking<'_>) -> Wr
     let beside = finding.beside.clone();
     let curves = asking.ask(&Question {
         general_curves: true,
-        without: &late,
+        without: &asking.question.also_without(&late),
         beside: beside.as_ref(),
         ..*asking.question
     });
@@ -151,7 +151,7 @@ pub(crate) fn beside_curves(first: WrenchFinding, asking: &mut Asking<'_>) -> Wr
     if !late.is_empty() {
         // If laws that are not late do as well, the curve has explained nothing that they do not.
         let laws = asking.ask(&Question {
-            without: &late,
+            without: &asking.question.also_without(&late),
             beside: beside.as_ref(),
             ..*asking.question
         });
@@ -179,7 +179,7 @@ pub(crate) fn agree_on_a_curve(finding: &WrenchFinding, asking: &mut Asking<'_>)
     let without: Vec<String> = delays.into_iter().chain(about).collect();
     let curves = asking.ask(&Question {
         general_curves: true,
-        without: &without,
+        without: &asking.question.also_without(&without),
         ..*asking.question
     });
     curves.is_some_and(|curves| {

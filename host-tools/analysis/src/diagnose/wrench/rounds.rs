@@ -142,9 +142,10 @@ fn without_drift(finding: WrenchFinding, asking: &mut Asking<'_>) -> Option<Wren
 }
 
 fn rounds_without(ids: &[String], asking: &mut Asking<'_>) -> Option<WrenchFinding> {
+    let without = asking.question.also_without(ids);
     rounds_of(&mut Asking {
         question: &Question {
-            without: ids,
+            without: &without,
             ..*asking.question
         },
         model: asking.model,

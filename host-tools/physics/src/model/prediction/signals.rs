@@ -75,6 +75,8 @@ pub struct Signals<'a> {
     motions: OnceLock<Vec<Option<Motion<f64>>>>,
     /// See [`Self::pose`]; likewise.
     poses: OnceLock<Vec<Option<Pose<f64>>>>,
+    /// See [`Self::has_own_acceleration`]; likewise.
+    own_accelerations: OnceLock<Vec<bool>>,
 }
 
 impl<'a> Signals<'a> {
@@ -131,6 +133,7 @@ impl<'a> Signals<'a> {
             samples_counted: cycles.iter().any(|c| c.inputs.sensor.counter != 0),
             motions: OnceLock::new(),
             poses: OnceLock::new(),
+            own_accelerations: OnceLock::new(),
         };
         let first_pose = (0..signals.len()).find_map(|n| signals.recorded_pose(n));
         signals.began.pose = first_pose.unwrap_or(signals.began.pose);
@@ -168,6 +171,7 @@ impl<'a> Signals<'a> {
             axes: self.axes.clone(),
             motions: OnceLock::new(),
             poses: OnceLock::new(),
+            own_accelerations: OnceLock::new(),
             ..*self
         }
     }
@@ -282,7 +286,9 @@ impl<'a> Signals<'a> {
     /// neighbouring pose, which is 23 % off for an oscillation of 35 rad/s at 10 ms.
     pub fn has_own_acceleration(&self, n: usize) -> bool {
         let derived = self.velocity == VelocityMeaning::CycleMean && !self.commanded;
-        !derived || [0, 1].iter().all(|j| self.within_stretch(n, *j).is_some())
+        let of = |n: usize| [0, 1].iter().all(|j| self.within_stretch(n, *j).is_some());
+        let all = || (0..self.len()).map(of).collect();
+        !derived || self.own_accelerations.get_or_init(all)[n]
     }
 
     /// Velocity and acceleration at the instant of the pose of cycle n, as they were measured.

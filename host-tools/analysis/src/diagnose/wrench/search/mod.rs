@@ -201,7 +201,12 @@ pub(crate) fn exchanged(
     let library = around.unwrap_or_else(plain);
     let of_fit = joint.of_fit();
     let state = SearchState::new(joint, &library, &of_fit, ask);
-    let itself = evaluate(&library, state.parts(of), state.price);
+    let parts = state.parts(of);
+    // Without one of its effects it is another hypothesis.
+    if parts.len() < of.effects.len() {
+        return Vec::new();
+    }
+    let itself = evaluate(&library, parts, state.price);
     state.tested(&itself.into_iter().collect::<Vec<_>>(), 1);
     let mut all = state.exchanges(of, TRIED);
     let fewer = state.fewer(of);

@@ -29,10 +29,10 @@ pub(super) fn add_effects(
     for end in (1..=at.len()).filter(|n| steps.get(*n) != Some(&Step::Next)) {
         at[end.saturating_sub(beyond)..end].fill(None);
     }
-    for (n, prediction) in at.iter_mut().enumerate() {
-        if let Some(wrench) = prediction {
-            for (axis, value) in wrench.iter_mut().enumerate() {
-                *value += scene.reading.at(axis, n) - before.at(axis, n);
+    for axis in (0..6).filter(|axis| !scene.reading.0[*axis].is_empty()) {
+        for (n, prediction) in at.iter_mut().enumerate() {
+            if let Some(wrench) = prediction {
+                wrench[axis] += scene.reading.at(axis, n) - before.at(axis, n);
             }
         }
     }
