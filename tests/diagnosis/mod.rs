@@ -7,6 +7,7 @@ mod docking_hypotheses;
 mod docking_mechanism;
 mod drive;
 mod each_log;
+mod fault_page;
 mod free_simulation;
 mod free_swing;
 mod hidden_effects;
