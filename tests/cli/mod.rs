@@ -4,6 +4,7 @@ mod commission;
 mod demo_story;
 mod effects;
 mod files;
+mod files_page;
 mod firmware;
 mod help;
 mod init;

@@ -35,7 +35,7 @@ pub struct Rig {
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct RigFile {
-    /// Speed towards the wall, m/s; by default that of the settings' spacecraft along x.
+    /// Speed towards the wall, m/s; by default the relative speed of the settings' spacecraft.
     approach_speed_m_s: Option<f64>,
     /// Mass that the contact feels, kg; by default the reduced mass of the settings' spacecraft, centre to centre.
     effective_mass_kg: Option<f64>,
