@@ -161,6 +161,7 @@ pub fn named() -> SyntheticDiagnosis {
     diagnosis.residual_rms_sigma = BeforeAfter {
         before: levels(9.77, 1.304),
         after: levels(1.012, 1.304),
+        ..BeforeAfter::default()
     };
     diagnosis.steps = vec![
         step("nominal", 9.91, 9.88),
@@ -250,6 +251,7 @@ pub fn nothing_missing() -> SyntheticDiagnosis {
     diagnosis.residual_rms_sigma = BeforeAfter {
         before: levels(1.003, 1.01),
         after: levels(1.003, 1.01),
+        ..BeforeAfter::default()
     };
     diagnosis.steps = vec![Step {
         effect: "nominal".to_owned(),
@@ -280,6 +282,7 @@ pub fn unexplained() -> SyntheticDiagnosis {
     diagnosis.residual_rms_sigma = BeforeAfter {
         before: levels(1.004, 4.31),
         after: levels(1.004, 4.31),
+        ..BeforeAfter::default()
     };
     diagnosis.regions = regions(Channel::Wrench, Axis::Ry, "contact", true);
     diagnosis.ranked = vec![

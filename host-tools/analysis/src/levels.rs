@@ -61,6 +61,54 @@ pub struct BeforeAfter {
     pub before: ChannelLevels,
     /// With the named effects.
     pub after: ChannelLevels,
+    /// Noise of the wrench, if all axes on which it is judged have the same: its error in N or N·m is its level times this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wrench_noise: Option<Noise>,
+}
+
+/// Noise of a quantity.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Noise {
+    /// One standard deviation.
+    pub sigma: f64,
+    /// Its SI unit.
+    pub unit: &'static str,
+}
+
+impl BeforeAfter {
+    /// The errors of two predictions of the same logs.
+    pub fn of(before: &[Prediction], after: &[Prediction]) -> Self {
+        Self {
+            before: ChannelLevels::of(before),
+            after: ChannelLevels::of(after),
+            wrench_noise: wrench_noise(before),
+        }
+    }
+
+    /// Errors before and after in SI units, with the unit. `None` if they are not those of a wrench alone, on axes with one noise.
+    pub fn of_wrench_alone(&self) -> Option<([f64; 2], &'static str)> {
+        let both = [&self.before, &self.after];
+        let is_alone = both.iter().all(|levels| {
+            let others = [levels.executed_velocity, levels.model_velocity, levels.pose];
+            others.iter().all(|level| *level < ROUND_OFF_SIGMA)
+        });
+        let Noise { sigma, unit } = self.wrench_noise.filter(|_| is_alone)?;
+        Some((both.map(|levels| levels.wrench * sigma), unit))
+    }
+}
+
+/// See [`BeforeAfter::wrench_noise`].
+fn wrench_noise(predictions: &[Prediction]) -> Option<Noise> {
+    let mut all = predictions.iter().flat_map(|prediction| {
+        let sigma = prediction.channel(Channel::Wrench).sigma;
+        let axes = prediction.judged(Channel::Wrench).iter();
+        axes.map(move |axis| Noise {
+            sigma: sigma[axis.index()],
+            unit: Channel::Wrench.unit(*axis),
+        })
+    });
+    let first = all.next()?;
+    all.all(|other| other == first).then_some(first)
 }
 
 /// One step of the error's fall: the model before the first, then one effect each.

@@ -6,7 +6,7 @@ use crate::diagnose::{Estimate, Parameters, Report, evidence, fit_effect, fit_ef
 use crate::fit::judged::RISES;
 use crate::fit::logs::refs;
 use crate::fit::{Logs, Parameter, ParameterId, Refitted, refit_those};
-use crate::levels::{BeforeAfter, ChannelLevels, Step, error};
+use crate::levels::{BeforeAfter, Step, error};
 use anyhow::{Result, bail};
 use softdock_io::recording::Recording;
 use softdock_physics::model::prediction::{Prediction, predict};
@@ -55,10 +55,8 @@ pub fn refit_beside(model: &Model, report: &mut Report, logs: &Logs) -> Result<V
     let done = report.diagnosis.steps.iter().skip(1);
     let ids: Vec<String> = done.map(|step| step.effect.clone()).collect();
     report.diagnosis.steps = steps(model, &ids, &after, [&train, &test], logs)?;
-    report.diagnosis.residual_rms_sigma = BeforeAfter {
-        before: ChannelLevels::of(&predictions(model, &test)?),
-        after: ChannelLevels::of(&predictions(&after, &test)?),
-    };
+    let [before, now] = [model, &after].map(|model| predictions(model, &test));
+    report.diagnosis.residual_rms_sigma = BeforeAfter::of(&before?, &now?);
     for (id, all) in &mut report.diagnosis.parameters {
         all.extend(parameters.get(id).cloned().unwrap_or_default());
     }
@@ -125,10 +123,7 @@ pub(super) fn found_beside(
         .parameters
         .retain(|effect, _| ids.contains(effect));
     diagnosis.steps = steps;
-    diagnosis.residual_rms_sigma = BeforeAfter {
-        before: ChannelLevels::of(&before),
-        after: ChannelLevels::of(&now),
-    };
+    diagnosis.residual_rms_sigma = BeforeAfter::of(&before, &now);
     if let Some((before, now)) = before.into_iter().zip(now).next() {
         (report.before_prediction, report.after_prediction) = (before, now);
     }

@@ -81,11 +81,12 @@ impl FreeSimulation {
             (true, false) => ("the velocity of ", "m/s", "change"),
             (true, true) => ("the velocity of ", "rad/s", "change"),
         };
-        let why = match self.drifts && !self.of_velocity && self.is_off() {
-            true => {
+        let why = match (self.is_off() && !self.of_velocity, self.drifts) {
+            (true, true) => {
                 " It drifts, as nothing in the model acts by position: small errors of the force add up."
             }
-            false => "",
+            (true, false) => " Errors of the force add up over this time.",
+            (false, _) => "",
         };
         format!(
             "Simulated forward {} over {:.1} s, {what}{} is off by {} rms, {} % of its {whole}.{why}",

@@ -113,7 +113,11 @@ impl<'a> Asking<'a> {
             ..*self.question
         };
         let stages = stages::run(self.model, self.recordings, &without, &|_, _| {})?;
-        let found = Errors::of(self.model, self.recordings, &accepted::all(self.model, &stages))?;
+        let found = Errors::of(
+            self.model,
+            self.recordings,
+            &accepted::all(self.model, &stages),
+        )?;
         let answered = Errors::of_predictions(&answer.1.predictions);
         if found.unseen > HOPELESS * answered.unseen {
             return Ok(answer);

@@ -45,6 +45,7 @@ pub use logs::Logs;
 use crate::compare::compare;
 use crate::fit::same_rig;
 use crate::held_back::{all_held_back, are_of_one_log};
+use crate::import::checks::force;
 use crate::levels::ChannelLevels;
 use answer::outcome::Outcome;
 use anyhow::{bail, ensure};
@@ -273,6 +274,13 @@ fn ask(
     diagnosis.notes.extend(left);
     if let Some(settings) = same_rig::said_first(train, test) {
         diagnosis.sentence = answer::sentence::of_two_rigs(&settings, &diagnosis.sentence);
+    }
+    let is_sure = matches!(
+        diagnosis.verdict,
+        Verdict::NothingMissing | Verdict::NotTestable
+    );
+    if !is_sure && let Some(sign) = force::said_first(model, train) {
+        diagnosis.sentence = format!("{sign}. {}", diagnosis.sentence);
     }
     diagnosis.seconds = started.elapsed().as_secs_f64();
     progress(1.0, "done");

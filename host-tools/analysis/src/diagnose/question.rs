@@ -68,3 +68,21 @@ impl Question<'_> {
             && self.only.is_none_or(|only| only == id)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A search that is repeated without some effects does not try those again that were left out before.
+    #[test]
+    fn what_is_left_out_stays_out() {
+        let before = ["bearing_gravity".to_owned()];
+        let question = Question {
+            without: &before,
+            ..Question::default()
+        };
+        let late = ["ft_latency".to_owned()];
+        let both = question.also_without(&late);
+        assert_eq!(both, ["bearing_gravity", "ft_latency"]);
+    }
+}

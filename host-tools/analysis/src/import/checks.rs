@@ -5,7 +5,7 @@
 //! reported, never corrected, because only the user knows the right one.
 
 mod causality;
-mod force;
+pub(crate) mod force;
 mod timing;
 
 pub(super) use timing::{GAP, ensure_rising};

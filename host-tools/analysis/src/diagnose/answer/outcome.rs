@@ -19,7 +19,7 @@ use crate::diagnose::question::Question;
 use crate::diagnose::stages::Stages;
 use crate::diagnose::wrench::NominalEstimate;
 use crate::diagnose::wrench::left::RemainingStructure;
-use crate::levels::{BeforeAfter, ChannelLevels, Step};
+use crate::levels::{BeforeAfter, Step};
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 use softdock_physics::model::load::effects::LoadEffect;
@@ -143,10 +143,7 @@ impl DiagnosisInputs<'_> {
             effects: judged.named().to_vec(),
             probability: self.probability(runner_up.iter().chain(&further_ties).collect()),
             nominal: nominal(stages),
-            residual_rms_sigma: BeforeAfter {
-                before: ChannelLevels::of(stages.before.test()),
-                after: ChannelLevels::of(predictions.test()),
-            },
+            residual_rms_sigma: BeforeAfter::of(stages.before.test(), predictions.test()),
             steps,
             runner_up,
             further_ties,

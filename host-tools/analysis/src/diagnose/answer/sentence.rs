@@ -91,7 +91,10 @@ fn named(diagnosis: &Diagnosis) -> String {
             "the data of the fit falls from {first} to {last} in units of the model file's noise; on {data} it stays at {to}, which \
              does not confirm {with}."
         ),
-        None => format!("{data} {goes} in units of the model file's noise."),
+        None => format!(
+            "{data} {goes} in units of the model file's noise{}.",
+            in_units(diagnosis)
+        ),
     });
     text.push_str(&left_over(diagnosis));
     for rival in diagnosis.runner_up.iter().chain(&diagnosis.further_ties) {
@@ -105,6 +108,15 @@ fn named(diagnosis: &Diagnosis) -> String {
         }
     }
     text
+}
+
+/// The errors before and after in N or N·m, in brackets; empty where other channels are judged as well.
+fn in_units(diagnosis: &Diagnosis) -> String {
+    let Some((errors, unit)) = diagnosis.residual_rms_sigma.of_wrench_alone() else {
+        return String::new();
+    };
+    let [from, to] = errors.map(|error| number::significant(error, 3));
+    format!(" (from {from} to {to} {unit} rms)")
 }
 
 /// Error on the data of the fit, before and after, as text. `None` if it does not fall, or there are no data besides.
@@ -134,13 +146,13 @@ fn unexplained(diagnosis: &Diagnosis, left: &[RemainingStructure]) -> String {
         .map(|(channel, axis, each)| {
             let channel = channel.name().replace('_', " ");
             let words = each.last().map(Structure::words).unwrap_or_default();
-            format!("{channel} {axis} ({words})")
+            format!("{channel} {axis}: {words}")
         })
         .collect();
     places.dedup();
     let mut text = format!(
         "Something is missing that no effect of the catalogue accounts for. It shows in {}.",
-        places.join(", ")
+        places.join("; ")
     );
     if !diagnosis.looks_like.is_empty() {
         let names: Vec<String> = diagnosis.looks_like.iter().map(|id| title(id)).collect();
@@ -149,7 +161,9 @@ fn unexplained(diagnosis: &Diagnosis, left: &[RemainingStructure]) -> String {
             names.join(", or like ")
         ));
     }
-    text.push_str(&left_over(diagnosis));
+    if places.join("; ") != diagnosis.remainder.follows {
+        text.push_str(&left_over(diagnosis));
+    }
     text
 }
 

@@ -83,10 +83,7 @@ impl ErrorReduction {
                 known.refuse(&mut everything)?,
             ),
         };
-        let left_out = match asked {
-            true => Vec::new(),
-            false => known.without_misleading_amounts(&everything)?,
-        };
+        let left_out = known.without_misleading_amounts(&everything)?;
         let noisy = known.widened_by_noise(&everything)?;
         let named = known.shares(&everything)?;
         let order: Vec<usize> = named.iter().map(|(k, _)| *k).collect();

@@ -64,15 +64,39 @@ pub(super) fn check(recording: &Recording, context: &Context<'_>, warnings: &mut
         let Some(rows) = rows(&signals, axis) else {
             continue;
         };
-        // A collision with an end stop brakes more than was measured. A wrong sign has to show away from the ends as well.
-        let away_from_ends = || fit(&inner(&rows, axis));
-        if let Some(fitted) = fit(&rows) {
-            let sign = wrong_sign(&fitted, axis)
-                .filter(|_| away_from_ends().is_some_and(|f| wrong_sign(&f, axis).is_some()));
-            let hint = sign.or_else(|| wrong_size(&fitted, axis, context.model));
-            warnings.extend(hint.map(|hint| format!("{}: {hint}", context.name)));
-        }
+        let Some(fitted) = fit(&rows) else {
+            continue;
+        };
+        let hint = match has_wrong_sign(&fitted, &rows, axis) {
+            true => Some(wrong_sign(axis)),
+            false => wrong_size(&fitted, axis, context.model),
+        };
+        warnings.extend(hint.map(|hint| format!("{}: {hint}", context.name)));
     }
+}
+
+/// What is said first of logs in each of which a force of the same axis drives the motion, as the beginning of a sentence.
+pub(crate) fn said_first(model: &Model, recordings: &[&Recording]) -> Option<String> {
+    let context = Context {
+        name: "",
+        sample_time_s: None,
+        model: Some(model),
+        fewest_rows: None,
+        imports: false,
+    };
+    let drives = |recording: &Recording, axis: Axis| -> Option<bool> {
+        let rows = rows(&applies(recording, &context)?, axis)?;
+        Some(has_wrong_sign(&fit(&rows)?, &rows, axis))
+    };
+    let in_all = |axis: &&Axis| {
+        let mut all = recordings.iter();
+        all.all(|recording| drives(recording, **axis) == Some(true))
+    };
+    let axis = model.rig.active_axes.iter().find(in_all)?;
+    let (what, key) = named(*axis);
+    Some(format!(
+        "First see to the sign of {what} {key}, which drives the motion instead of resisting it"
+    ))
 }
 
 /// The signals of a log in which nothing but the load of the motion is on the sensor: the loop is
@@ -289,8 +313,14 @@ fn friction(
     })
 }
 
-/// A warning if friction or mass would be negative.
-fn wrong_sign(fitted: &Fitted, axis: Axis) -> Option<String> {
+/// Whether friction or mass would be negative. A collision with an end stop brakes more than was measured, so that this has to show
+/// away from the ends as well.
+fn has_wrong_sign(fitted: &Fitted, rows: &[Row], axis: Axis) -> bool {
+    drives(fitted) && fit(&inner(rows, axis)).is_some_and(|fitted| drives(&fitted))
+}
+
+/// Whether terms that drive the motion explain far more than those that resist it.
+fn drives(fitted: &Fitted) -> bool {
     let told = [&fitted.friction, &fitted.mass]
         .into_iter()
         .filter(|term| term.p < LEVEL);
@@ -298,14 +328,17 @@ fn wrong_sign(fitted: &Fitted, axis: Axis) -> Option<String> {
         .map(|term| term.drives)
         .partition(|drives| *drives > 0.0);
     let (wrong, right) = (drive.iter().sum::<f64>(), -resist.iter().sum::<f64>());
+    wrong > OUTWEIGHS * right
+}
+
+/// The warning of a wrong sign.
+fn wrong_sign(axis: Axis) -> String {
     let (what, key) = named(axis);
-    (wrong > OUTWEIGHS * right).then(|| {
-        format!(
-            "{what} {key} drives the motion instead of resisting it: mass and friction would be negative \
-             (p < {LEVEL:e}). A sensor between robot and tool feels the opposite, and so does softdock of a drive; \
-             reverse the sign of its `scale` in [wrench] of the mapping (`{key} = {{ column = .., scale = -1.0 }}` if it has none)"
-        )
-    })
+    format!(
+        "{what} {key} drives the motion instead of resisting it: mass and friction would be negative \
+         (p < {LEVEL:e}). A sensor between robot and tool feels the opposite, and so does softdock of a drive; \
+         reverse the sign of its `scale` in [wrench] of the mapping (`{key} = {{ column = .., scale = -1.0 }}` if it has none)"
+    )
 }
 
 /// A warning if the force is much larger or smaller than the model's mass needs.
