@@ -1,9 +1,10 @@
 //! What is said of recordings that are not fit to be compared.
 
+use softdock_analysis::diagnose::diagnose;
 use softdock_analysis::import::checks::{CheckError, Context, check};
 use softdock_app::record::CycleRecord;
 use softdock_io::recording::Recording;
-use softdock_physics::model::Model;
+use softdock_physics::model::{Axis, Model};
 use softdock_statistics::RandomStream;
 use std::f64::consts::TAU;
 
@@ -294,6 +295,27 @@ fn a_force_of_the_wrong_sign_or_size_is_told_with_the_line_to_change() {
         check(&closed, &context(Some(&model))).unwrap(),
         Vec::<String>::new()
     );
+}
+
+/// What is named with a force of the wrong sign is nothing to begin with; of one log among several the warning says it.
+#[test]
+fn a_doubtful_sign_is_said_before_the_answer() {
+    let mut model = Model::default();
+    model.rig.active_axes = vec![Axis::X];
+    model.tool.mass_kg = 10.0;
+    model.tool.dynamic_compensation = true;
+    let said = |scales: &[f64]| {
+        let logs: Vec<Recording> = scales.iter().map(|scale| axis(*scale)).collect();
+        let logs: Vec<&Recording> = logs.iter().collect();
+        let report = diagnose(&model, &logs, &[], &|_, _| {}).unwrap();
+        report.diagnosis.sentence
+    };
+    let first =
+        "First see to the sign of force fx, which drives the motion instead of resisting it. ";
+    assert!(said(&[-1.0]).starts_with(first));
+    for right in [&[1.0][..], &[-1.0, 1.0]] {
+        assert!(!said(right).contains("sign of"), "{right:?}");
+    }
 }
 
 #[test]

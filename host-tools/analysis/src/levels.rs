@@ -88,11 +88,12 @@ impl BeforeAfter {
     /// Errors before and after in SI units, with the unit. `None` if they are not those of a wrench alone, on axes with one noise.
     pub fn of_wrench_alone(&self) -> Option<([f64; 2], &'static str)> {
         let both = [&self.before, &self.after];
+        let is_known = both.iter().all(|levels| levels.wrench.is_finite());
         let is_alone = both.iter().all(|levels| {
             let others = [levels.executed_velocity, levels.model_velocity, levels.pose];
             others.iter().all(|level| *level < ROUND_OFF_SIGMA)
         });
-        let Noise { sigma, unit } = self.wrench_noise.filter(|_| is_alone)?;
+        let Noise { sigma, unit } = self.wrench_noise.filter(|_| is_known && is_alone)?;
         Some((both.map(|levels| levels.wrench * sigma), unit))
     }
 }
@@ -201,6 +202,35 @@ mod tests {
         assert_eq!(rms([0.0, 1.0, 0.0, 0.0]), 1.0);
         assert_eq!(rms([1.0, 1.0, 0.0, 0.0]), 1.0);
         assert_eq!(rms([1.0, 1.0, 0.0, 1.0]), 1.0);
+    }
+
+    /// An error of 4 times a noise of 0.5 N is one of 2 N, if nothing else has an error.
+    #[test]
+    fn errors_of_a_wrench_alone_have_its_unit() {
+        let levels = |wrench: f64, executed_velocity: f64| ChannelLevels {
+            executed_velocity,
+            wrench,
+            ..ChannelLevels::default()
+        };
+        let both = |before: ChannelLevels, after: ChannelLevels| BeforeAfter {
+            before,
+            after,
+            wrench_noise: Some(Noise {
+                sigma: 0.5,
+                unit: "N",
+            }),
+        };
+        let alone = both(levels(4.0, 0.0), levels(1.0, 0.0));
+        assert_eq!(alone.of_wrench_alone(), Some(([2.0, 0.5], "N")));
+        let unknown = BeforeAfter {
+            wrench_noise: None,
+            ..alone
+        };
+        let moves = both(levels(4.0, 1.0), levels(1.0, 1.0));
+        let unpredicted = both(levels(4.0, 0.0), levels(f64::NAN, 0.0));
+        for none in [unknown, moves, unpredicted] {
+            assert_eq!(none.of_wrench_alone(), None);
+        }
     }
 
     #[test]

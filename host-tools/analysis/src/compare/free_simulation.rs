@@ -85,7 +85,9 @@ impl FreeSimulation {
             (true, true) => {
                 " It drifts, as nothing in the model acts by position: small errors of the force add up."
             }
-            (true, false) => " Errors of the force add up over this time.",
+            (true, false) => {
+                " Errors of the force add up where what acts by position does not pull the motion back."
+            }
             (false, _) => "",
         };
         format!(

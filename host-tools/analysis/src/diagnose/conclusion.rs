@@ -1,7 +1,7 @@
 //! The answer of a diagnosis: that of the stages, or another one that they do not tell from it and that predicts the machine better.
 
 use super::answer::outcome::{Outcome, conclude};
-use super::evidence::RUNS_OFF;
+use super::evidence::{DRIVES_AWAY, RUNS_OFF};
 use super::finding::Verdict;
 use super::logs::Logs;
 use super::prediction_error::for_prediction::{Errors, better_ties};
@@ -83,14 +83,15 @@ impl<'a> Asking<'a> {
 
     /// The answer, or, if its simulated motion runs off, the one without effects that act by position, if its own
     /// [stays](Foresight::stays_where_runs_off).
+    /// The conclusion of the latter is not drawn if its error is far larger.
     fn or_one_that_stays(
         &self,
         answer: (Stages, Outcome),
         progress: &dyn Fn(f64, &str),
     ) -> anyhow::Result<(Stages, Outcome)> {
-        /// Ratio of the errors on unseen data beyond which drawing the conclusion, where least squares lower an error by a fifth or so,
-        /// cannot bring the other answer close enough.
-        const HOPELESS: f64 = 2.0;
+        /// Ratio of the errors on unseen data beyond which the conclusion of the other answer is not drawn: least squares, which lower
+        /// its error there, do not bring it to [`DRIVES_AWAY`]. Set by hand.
+        const HOPELESS: f64 = 1.7 * DRIVES_AWAY;
         let named = &answer.1.diagnosis.effects;
         let turns = self.model.bearing().is_some();
         let acts_by_position = |id: &&String| {

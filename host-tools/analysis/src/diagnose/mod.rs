@@ -275,11 +275,11 @@ fn ask(
     if let Some(settings) = same_rig::said_first(train, test) {
         diagnosis.sentence = answer::sentence::of_two_rigs(&settings, &diagnosis.sentence);
     }
-    let is_sure = matches!(
+    let finds_something = !matches!(
         diagnosis.verdict,
         Verdict::NothingMissing | Verdict::NotTestable
     );
-    if !is_sure && let Some(sign) = force::said_first(model, train) {
+    if finds_something && let Some(sign) = force::said_first(model, train) {
         diagnosis.sentence = format!("{sign}. {}", diagnosis.sentence);
     }
     diagnosis.seconds = started.elapsed().as_secs_f64();

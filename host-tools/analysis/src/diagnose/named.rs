@@ -48,7 +48,8 @@ impl NamedEffect {
         LoadEffect::find(model, &self.effect.id).is_none_or(|effect| effect.is_significant(is_sure))
     }
 
-    /// Sum of its forces and torques in units of the noise: no row of a reading changes by more through a dry friction.
+    /// Sum of its forces and torques in units of the noise: no reading of a single axis changes by more through a dry friction. A
+    /// friction that acts beside the sensor moves torques by its lever as well.
     pub(crate) fn level(&self, model: &Model) -> f64 {
         let of = |(name, estimate): (&String, &Estimate)| {
             let noise = match estimate.unit.as_str() {

@@ -83,6 +83,11 @@ mod tests {
         };
         let late = ["ft_latency".to_owned()];
         let both = question.also_without(&late);
-        assert_eq!(both, ["bearing_gravity", "ft_latency"]);
+        let again = Question {
+            without: &both,
+            ..question
+        };
+        let tries = |id: &str| again.tries(&Model::default(), id);
+        assert!(!tries("bearing_gravity") && !tries("ft_latency") && tries("guide_coulomb"));
     }
 }

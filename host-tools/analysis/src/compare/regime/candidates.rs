@@ -41,9 +41,7 @@ pub(super) fn all(
     for (quantity, axis, values) in quantities {
         found.extend(variants(quantity, axis, values, &touching));
     }
-    // From the beginning on: of the time since 1970 the digits that differ would not be told.
-    let time_s = &source.prediction.time_s;
-    let time = time_s.iter().map(|time| time - time_s[0]).collect();
+    let time = source.prediction.time_s.clone();
     let since = since_contact(source.signals.len(), source.signals.cycle_s, contacts);
     let since = Groups::along(since).map(Groups::with_others);
     let times = [

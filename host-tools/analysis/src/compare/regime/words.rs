@@ -123,12 +123,30 @@ impl Regime {
             what
         };
         if at.from <= low && at.to < high {
-            format!("{what} is below {}", quantity(at.to, self.unit))
+            format!("{what} is below {}", self.value(at.to))
         } else if at.to >= high && at.from > low {
-            format!("{what} is above {}", quantity(at.from, self.unit))
+            format!("{what} is above {}", self.value(at.from))
         } else {
-            let (from, to, unit) = interval(at.from, at.to, self.unit);
+            let (from, to, unit) = match self.is_late() {
+                true => (format!("{:.1}", at.from), format!("{:.1}", at.to), "s"),
+                false => interval(at.from, at.to, self.unit),
+            };
             format!("{what} is between {from} and {to} {unit}")
+        }
+    }
+
+    /// Whether it is a time that counts from long before the recording, so that only its late digits differ.
+    fn is_late(&self) -> bool {
+        const LATE: f64 = 100.0;
+        let (low, high) = self.ends();
+        self.variable == Quantity::TimeInRun && low > LATE * (high - low)
+    }
+
+    /// A value of the quantity.
+    fn value(&self, value: f64) -> String {
+        match self.is_late() {
+            true => format!("{value:.1} s"),
+            false => quantity(value, self.unit),
         }
     }
 
@@ -159,7 +177,7 @@ impl Regime {
         }
         let at = |bin: &Bin| {
             let mean = quantity(bin.mean, self.error_unit());
-            format!("{mean} near {}", quantity(bin.centre, self.unit))
+            format!("{mean} near {}", self.value(bin.centre))
         };
         let lowest = bins.iter().min_by(|a, b| a.mean.total_cmp(&b.mean));
         let highest = bins.iter().max_by(|a, b| a.mean.total_cmp(&b.mean));

@@ -96,7 +96,7 @@ fn named(diagnosis: &Diagnosis) -> String {
             in_units(diagnosis)
         ),
     });
-    text.push_str(&left_over(diagnosis));
+    text.push_str(&left_over(diagnosis, false));
     for rival in diagnosis.runner_up.iter().chain(&diagnosis.further_ties) {
         let others: Vec<String> = rival.not_told_from().map(title).collect();
         if !others.is_empty() {
@@ -110,13 +110,17 @@ fn named(diagnosis: &Diagnosis) -> String {
     text
 }
 
-/// The errors before and after in N or N·m, in brackets; empty where other channels are judged as well.
+/// The errors before and after in N or N·m, in brackets; empty where another channel has an error, or the axes of the wrench differ
+/// in noise.
 fn in_units(diagnosis: &Diagnosis) -> String {
     let Some((errors, unit)) = diagnosis.residual_rms_sigma.of_wrench_alone() else {
         return String::new();
     };
     let [from, to] = errors.map(|error| number::significant(error, 3));
-    format!(" (from {from} to {to} {unit} rms)")
+    match from == to {
+        true => format!(" ({to} {unit} rms)"),
+        false => format!(" (from {from} to {to} {unit} rms)"),
+    }
 }
 
 /// Error on the data of the fit, before and after, as text. `None` if it does not fall, or there are no data besides.
@@ -161,9 +165,11 @@ fn unexplained(diagnosis: &Diagnosis, left: &[RemainingStructure]) -> String {
             names.join(", or like ")
         ));
     }
-    if places.join("; ") != diagnosis.remainder.follows {
-        text.push_str(&left_over(diagnosis));
-    }
+    let follows = diagnosis.remainder.follows.replace('_', " ");
+    let is_told = follows
+        .split("; ")
+        .all(|one| places.iter().any(|place| place == one));
+    text.push_str(&left_over(diagnosis, is_told));
     text
 }
 
@@ -177,16 +183,19 @@ pub(crate) fn small_share(share: f64) -> String {
     }
 }
 
-/// How much is left, and what it follows; empty if it is little. If nothing explains more than an offset does, all is left, and
+/// How much is left, and, unless that is told already, what it follows; empty if it is little. If nothing explains more than an offset does, all is left, and
 /// the share is not mentioned.
-fn left_over(diagnosis: &Diagnosis) -> String {
+fn left_over(diagnosis: &Diagnosis, is_told: bool) -> String {
     let remainder = &diagnosis.remainder;
     if remainder.share <= TOLD {
         return String::new();
     }
     let percent = 100.0 * remainder.share;
     if percent >= ALL {
-        return format!(" What shows: {}.", remainder.follows);
+        return match is_told {
+            true => String::new(),
+            false => format!(" What shows: {}.", remainder.follows),
+        };
     }
     // Effects may be present, but too much is left for a name.
     let is_too_much = diagnosis.verdict == Verdict::Unexplained && !diagnosis.looks_like.is_empty();
@@ -197,8 +206,9 @@ fn left_over(diagnosis: &Diagnosis) -> String {
         ),
         false => String::new(),
     };
-    format!(
-        " {percent:.0} % is left with structure ({}){limit}.",
-        remainder.follows
-    )
+    let follows = match is_told {
+        true => String::new(),
+        false => format!(" ({})", remainder.follows),
+    };
+    format!(" {percent:.0} % is left with structure{follows}{limit}.")
 }

@@ -55,6 +55,7 @@ pub(crate) fn best_reversal(
     /// level; the friction that is fitted with it may be larger, and other amounts move with it. Set by hand.
     const ROUNDER: f64 = 3.0;
     let slowest = speed / LEVEL;
+    let is_one_axis = model.rig.active_axes.len() == 1;
     let turning = |named: &[NamedEffect], k: usize, speed: f64| {
         // A transition over higher speeds would make a viscous friction of it.
         if speed > slowest {
@@ -87,7 +88,7 @@ pub(crate) fn best_reversal(
             if last < least {
                 least = last;
                 best_speed = Some(speed);
-            } else if rises > 1 || last - ROUNDER * farthest > least {
+            } else if rises > 1 || (is_one_axis && last - ROUNDER * farthest > least) {
                 break;
             }
         }

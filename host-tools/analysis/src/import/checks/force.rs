@@ -57,14 +57,7 @@ pub(super) fn check(recording: &Recording, context: &Context<'_>, warnings: &mut
     for axis in Axis::ALL {
         let hint = constant(&signals, axis).filter(|_| context.imports);
         warnings.extend(hint.map(|hint| format!("{}: {hint}", context.name)));
-        let parallel = |c: &CycleRecord| is_parallel(&c.trace.pose[3..], axis);
-        if !recording.cycles.iter().all(parallel) {
-            continue;
-        }
-        let Some(rows) = rows(&signals, axis) else {
-            continue;
-        };
-        let Some(fitted) = fit(&rows) else {
+        let Some((rows, fitted)) = fitted(&signals, axis) else {
             continue;
         };
         let hint = match has_wrong_sign(&fitted, &rows, axis) {
@@ -73,6 +66,16 @@ pub(super) fn check(recording: &Recording, context: &Context<'_>, warnings: &mut
         };
         warnings.extend(hint.map(|hint| format!("{}: {hint}", context.name)));
     }
+}
+
+/// The rows of an axis, and what was fitted to them. `None` if they are too few, or M is turned against C so that velocity and force
+/// are not along the same axis.
+fn fitted(signals: &Signals<'_>, axis: Axis) -> Option<(Vec<Row>, Fitted)> {
+    let mut cycles = signals.cycles.iter();
+    let is_along = cycles.all(|c| is_parallel(&c.trace.pose[3..], axis));
+    let rows = rows(signals, axis).filter(|_| is_along)?;
+    let fitted = fit(&rows)?;
+    Some((rows, fitted))
 }
 
 /// What is said first of logs in each of which a force of the same axis drives the motion, as the beginning of a sentence.
@@ -85,12 +88,12 @@ pub(crate) fn said_first(model: &Model, recordings: &[&Recording]) -> Option<Str
         imports: false,
     };
     let drives = |recording: &Recording, axis: Axis| -> Option<bool> {
-        let rows = rows(&applies(recording, &context)?, axis)?;
-        Some(has_wrong_sign(&fit(&rows)?, &rows, axis))
+        let (rows, fitted) = fitted(&applies(recording, &context)?, axis)?;
+        Some(has_wrong_sign(&fitted, &rows, axis))
     };
     let in_all = |axis: &&Axis| {
         let mut all = recordings.iter();
-        all.all(|recording| drives(recording, **axis) == Some(true))
+        !recordings.is_empty() && all.all(|recording| drives(recording, **axis) == Some(true))
     };
     let axis = model.rig.active_axes.iter().find(in_all)?;
     let (what, key) = named(*axis);
