@@ -113,6 +113,8 @@ ETHERNET:       Precision {PRECISION} (the default of 1 sends 0.1 mm), Timeout 1
 POSCORR:        inputs 1-6 of ETHERNET; limits X ±{:.0} Y ±{:.0} Z ±{:.0} mm, MaxRotAngle {degrees:.1} deg
                 (the default is ±5 mm, clamped silently); RefCorrSys 1 (Base); Stat to output 1
 POSCORRMON:     MaxTrans {diagonal:.0} mm, MaxRotAngle {:.1} deg (the default is 6 mm, even if absent)
+Tool frame:     origin of the active TOOL at the centre of mass of the spacecraft that the robot plays, its axes
+                those of board settings `body_k.inertia_kg_m2`
 Base frame:     z of the active BASE vertical, or its tilt in board settings `sensor.gravity_m_s2`
 ",
         f64::from(cycles) * robot.cycle_s * 1e3,

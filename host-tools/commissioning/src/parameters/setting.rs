@@ -142,6 +142,11 @@ impl Setting {
         }
     }
 
+    /// What it means, in one sentence without a full stop.
+    pub fn meaning(&self) -> String {
+        first_sentence(&self.help)
+    }
+
     /// A value for this setting.
     ///
     /// # Errors
@@ -222,5 +227,31 @@ pub fn missing<'a>(name: &str, settings: impl IntoIterator<Item = &'a Setting>) 
     match by_end.or_else(|| nearest(name, names.iter().copied())) {
         Some(near) => anyhow!("the board has no setting `{name}`; did you mean `{near}`?"),
         None => anyhow!("the board has no setting `{name}`; `softdock params list` shows all"),
+    }
+}
+
+/// The first sentence of a text of several lines, without its full stop.
+fn first_sentence(text: &str) -> String {
+    let lines = text.lines().take_while(|line| !line.is_empty());
+    let paragraph = lines.collect::<Vec<_>>().join(" ");
+    let begins = |at: &usize| paragraph[at + 2..].starts_with(char::is_uppercase);
+    let mut stops = paragraph.match_indices(". ").map(|(at, _)| at);
+    let end = stops.find(begins).unwrap_or(paragraph.len());
+    paragraph[..end].trim_end_matches('.').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::first_sentence;
+
+    #[test]
+    fn a_sentence_goes_over_lines() {
+        let help = "Speed above which a motion\nis cut, 0.5 m/s.\nThe robot has a limit of its own.\n\nSee 3.2.";
+        assert_eq!(
+            first_sentence(help),
+            "Speed above which a motion is cut, 0.5 m/s"
+        );
+        assert_eq!(first_sentence("Mass.\n\nOf K."), "Mass");
+        assert_eq!(first_sentence(""), "");
     }
 }

@@ -320,3 +320,52 @@ fn readable(size: f64, unit: &'static str) -> (f64, &'static str) {
         other => (1.0, other),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use softdock_physics::model::Channel;
+
+    /// An error that jumps in the middle of ten seconds after an instant, in s.
+    fn jump(began: f64) -> Regime {
+        let bin = |from: f64, mean: f64| Bin {
+            from: began + from,
+            to: began + from + 5.0,
+            centre: began + from + 2.5,
+            cycles: 100,
+            mean,
+            spread: 0.0,
+            rms_sigma: 1.0,
+            share: 0.3,
+        };
+        Regime {
+            channel: Channel::Wrench,
+            axis: Axis::X,
+            variable: Quantity::TimeInRun,
+            along: None,
+            unit: "s",
+            in_contact: false,
+            absolute: false,
+            dependence: Dependence::Mean,
+            share: 0.9,
+            offset_share: 0.0,
+            offset: 0.0,
+            at: None,
+            p: 0.0,
+            significant: true,
+            bins: vec![bin(0.0, 0.0), bin(5.0, 1.0), bin(10.0, 0.0)],
+        }
+    }
+
+    #[test]
+    fn seconds_since_1970_keep_the_digits_that_differ() {
+        let soon = jump(0.0).clause();
+        assert!(
+            soon.ends_with("0 N near 2.50 s, 1.00 N near 7.50 s"),
+            "{soon}"
+        );
+        let late = jump(1_752_828_765.0).clause();
+        let ends = "near 1752828767.5 s, 1.00 N near 1752828772.5 s";
+        assert!(late.ends_with(ends), "{late}");
+    }
+}

@@ -48,13 +48,12 @@ impl Board {
             Column::text("Meaning"),
         ]);
         for setting in &settings {
-            let meaning = setting.help.lines().next().unwrap_or_default();
             table.push(vec![
                 Cell::text(&setting.name),
                 Cell::text(setting.value.to_string()),
                 Cell::text(&setting.unit),
                 Cell::text(setting.allowed()),
-                Cell::text(meaning),
+                Cell::text(setting.meaning()),
             ]);
         }
         let document = serde_json::json!({ "settings": settings });
