@@ -9,3 +9,4 @@ pub(crate) mod regions;
 pub(crate) mod sentence;
 pub(crate) mod unaccounted;
 pub(crate) mod verdict;
+mod weight;
