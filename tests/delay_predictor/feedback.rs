@@ -27,9 +27,7 @@ fn an_unknown_latency_is_found_within_the_first_contact() {
                     ..Case::default()
                 });
                 let name = format!("{name}, latency {pose_latency_cycles}, damping {zeta}");
-                // What the robot was told before the latency showed is wrong in time; a damped rebound keeps some of it.
-                let bound = if zeta > 0.0 { 0.05 } else { 0.005 };
-                assert!(worst(&name, cases) <= bound);
+                assert!(worst(&name, cases) <= 0.005);
             }
         }
     }

@@ -89,9 +89,14 @@ impl ControlProblem<'_> {
         let curve = self.curve.unwrap_or(straight);
         let depth: Trajectory =
             core::array::from_fn(|t| free.position[t] + tracked[t] - curve.surface);
+        let preload = self.matrix.preload(self.cycle, &self.reference.preload);
+        let linear = &self.model.linear;
+        let sampled = linear.sampled(&tracked);
         let matching = ImpulseMatching {
             depth: &depth,
-            preload: &self.matrix.preload(self.cycle, &self.reference.preload),
+            sampled: &core::array::from_fn(|t| free.sampled[t] + sampled[t]),
+            preload: &preload,
+            sampled_preload: &linear.sampled(&preload),
             stiffness: curve.stiffness,
             stiffening: curve.stiffening,
             damping: contact.damping,
@@ -223,6 +228,7 @@ mod tests {
                 first_move: V6::zeros(),
                 error: [0.0; PREDICTION_HORIZON + 1],
                 position: core::array::from_fn(|t| SURFACE + depth + per_cycle * t as f64),
+                sampled: [0.0; PREDICTION_HORIZON + 1],
             })
         }
     }
@@ -330,7 +336,7 @@ mod tests {
     }
 
     /// Velocity along the contact at the end of the horizon if these commands are added, with a contact that never pulls, in 200
-    /// steps of each cycle.
+    /// steps of each cycle; the damper moves by the trapezoidal sum of its sampled velocities.
     fn left(scene: &Scene, more: &[V6]) -> f64 {
         let Estimate {
             stiffness,
@@ -345,13 +351,14 @@ mod tests {
             stiffening: 0.0,
         };
         let curve = scene.curve.unwrap_or(straight);
-        let depths = scene.positions(more).into_iter();
-        let depths: Vec<f64> = depths.map(|x| gradient.dot(&x) - curve.surface).collect();
+        let motion = scene.motion(more);
+        let along = |(x, v): &(V6, V6)| (gradient.dot(x) - curve.surface, gradient.dot(v));
         let mut impulse = 0.0;
-        for pair in depths.windows(2) {
+        for pair in motion.windows(2) {
+            let ((before, old), (now, new)) = (along(&pair[0]), along(&pair[1]));
+            let rate = 0.5 * (old + new);
             for n in 0..200 {
-                let depth = pair[0] + (pair[1] - pair[0]) * (f64::from(n) + 0.5) / 200.0;
-                let rate = (pair[1] - pair[0]) / CYCLE_S;
+                let depth = before + (now - before) * (f64::from(n) + 0.5) / 200.0;
                 if depth > 0.0 {
                     let spring = (curve.stiffness + curve.stiffening * depth) * depth;
                     impulse += (spring + damping * rate).max(0.0) * CYCLE_S / 200.0;

@@ -16,6 +16,8 @@ pub(super) struct FreeResponse {
     /// Error (reference minus free response) and position along the contact, m.
     pub(super) error: Trajectory,
     pub(super) position: Trajectory,
+    /// Displacement along the contact in the cycle that ends then, as the trapezoidal sum of the sampled velocities gives it, m.
+    pub(super) sampled: Trajectory,
 }
 
 impl FreeResponse {
@@ -39,9 +41,12 @@ impl FreeResponse {
         }
         let gradient = problem.contact.map(|contact| contact.gradient);
         let mut position = [0.0; PREDICTION_HORIZON + 1];
+        let mut sampled = [0.0; PREDICTION_HORIZON + 1];
+        let mut before = 0.0;
         let (mut robot, mut moved) = (problem.robot, V6::zeros());
         let mut older = executed(problem, deviations_at_execution, 0);
-        for (t, (first, position)) in first_row.iter().zip(&mut position).enumerate() {
+        let along_contact = position.iter_mut().zip(&mut sampled);
+        for (t, (first, (position, sampled))) in first_row.iter().zip(along_contact).enumerate() {
             if t > 0 {
                 let newer = executed(problem, deviations_at_execution, t);
                 robot.step(problem.model, &older, &newer);
@@ -49,8 +54,12 @@ impl FreeResponse {
             }
             moved += robot.position * *first;
             if let Some(gradient) = &gradient {
-                let along = gradient.iter().zip(&robot.position);
-                *position = along.map(|(gradient, at)| gradient * at).sum();
+                *position = gradient.dot(&robot.position);
+                let rate = gradient.dot(&robot.velocity);
+                if t > 0 {
+                    *sampled = 0.5 * problem.model.cycle_s * (before + rate);
+                }
+                before = rate;
             }
         }
         let error = gradient.map_or([0.0; PREDICTION_HORIZON + 1], |gradient| {
@@ -64,6 +73,7 @@ impl FreeResponse {
             first_move: start * sum + per_cycle * later - push * lost - moved,
             error,
             position,
+            sampled,
         }
     }
 }

@@ -9,7 +9,8 @@
 //! v − (1/m) Σ ∫ max(0, k δ + q δ² + c δ') dt  =  velocity of the reference at the end of the horizon
 //! ```
 //!
-//! along the predicted depth δ. The earlier the preload, the less displacement it takes.
+//! along the predicted depth δ, with the displacement δ' Ts of each cycle as the trapezoidal sum of its samples gives it, because
+//! the model feels samples of the force. The earlier the preload, the less displacement it takes.
 
 use super::dynamic_matrix::Trajectory;
 use super::tuning::*;
@@ -18,8 +19,12 @@ use super::tuning::*;
 pub(super) struct ImpulseMatching<'a> {
     /// Depth along the horizon without a preload, m; negative outside.
     pub(super) depth: &'a Trajectory,
+    /// Displacement in the cycle that ends then, as the trapezoidal sum of the sampled velocities gives it, m.
+    pub(super) sampled: &'a Trajectory,
     /// Change of the depth by a preload of 1, cycles.
     pub(super) preload: &'a Trajectory,
+    /// Change of `sampled` by a preload of 1, cycles.
+    pub(super) sampled_preload: &'a Trajectory,
     /// k and q, N/m and N/m².
     pub(super) stiffness: f64,
     pub(super) stiffening: f64,
@@ -70,11 +75,14 @@ impl ImpulseMatching<'_> {
         let per_cycle = preload * self.cycle_s;
         let mut twice = 0.0;
         let ([depth, depths @ ..], [change, changes @ ..]) = (self.depth, self.preload);
+        let ([_, sampled @ ..], [_, more @ ..]) = (self.sampled, self.sampled_preload);
         let mut before = depth + per_cycle * change;
-        for (depth, change) in depths.iter().zip(changes) {
+        let sampled = sampled.iter().zip(more);
+        for ((depth, change), (sampled, more)) in depths.iter().zip(changes).zip(sampled) {
             let now = depth + per_cycle * change;
             if before > 0.0 || now > 0.0 {
-                twice += self.force::<STIFFENING>(before, now, drag * (now - before));
+                let drag = drag * (sampled + per_cycle * more);
+                twice += self.force::<STIFFENING>(before, now, drag);
             }
             before = now;
         }
@@ -181,10 +189,18 @@ mod tests {
     /// Cycles until the robot responds to a preload.
     const DELAY: usize = 8;
 
+    /// Changes from cycle to cycle, and 0 for the first: what samples show of a velocity that is constant within each cycle and
+    /// changes just before they are taken.
+    fn steps(of: &Trajectory) -> Trajectory {
+        core::array::from_fn(|t| of[t] - of[t.saturating_sub(1)])
+    }
+
     /// A contact that has just begun: k, q and c.
     struct Contact {
         depth: Trajectory,
+        sampled: Trajectory,
         preload: Trajectory,
+        sampled_preload: Trajectory,
         load: [f64; 3],
     }
 
@@ -199,9 +215,13 @@ mod tests {
                 _ => CLOSING / omega * (omega * t).sin(),
             };
             let moved = |t: usize| 2.0 - 0.5_f64.powi(t.saturating_sub(DELAY) as i32 - 1);
+            let depth = core::array::from_fn(|t| depth(CYCLE_S * (t as f64 - 0.3)));
+            let preload = core::array::from_fn(|t| if t > DELAY { moved(t) } else { 0.0 });
             Self {
-                depth: core::array::from_fn(|t| depth(CYCLE_S * (t as f64 - 0.3))),
-                preload: core::array::from_fn(|t| if t > DELAY { moved(t) } else { 0.0 }),
+                depth,
+                sampled: steps(&depth),
+                preload,
+                sampled_preload: steps(&preload),
                 load,
             }
         }
@@ -210,7 +230,9 @@ mod tests {
             let [stiffness, stiffening, damping] = self.load;
             ImpulseMatching {
                 depth: &self.depth,
+                sampled: &self.sampled,
                 preload: &self.preload,
+                sampled_preload: &self.sampled_preload,
                 stiffness,
                 stiffening,
                 damping,

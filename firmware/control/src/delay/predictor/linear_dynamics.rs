@@ -195,6 +195,26 @@ impl LinearDynamics {
         older * self.fraction + newer * (1.0 - self.fraction)
     }
 
+    /// Displacement in each cycle as the trapezoidal sum of the sampled velocities gives it, for these positions after 0, 1, 2 ...
+    /// cycles without pauses; 0 for the first. A robot behind a pure dead time changes its velocity at once, and a sample is taken
+    /// before a change: the samples lag by half a cycle, or by less if the change is later in the cycle.
+    pub(super) fn sampled<const N: usize>(&self, positions: &[f64; N]) -> [f64; N] {
+        let lag = if self.is_dead_time {
+            0.5 - self.fraction
+        } else {
+            0.0
+        };
+        let mut before = 0.0;
+        core::array::from_fn(|t| {
+            let moved = t
+                .checked_sub(1)
+                .map_or(0.0, |t| positions[t + 1] - positions[t]);
+            let sampled = moved + lag * (before - moved);
+            before = moved;
+            sampled
+        })
+    }
+
     /// Displacement after 0, 1, 2 ... cycles of a unit command that lasts for the first cycle alone; the first `advance` cycles
     /// are left out.
     pub(super) fn pulse_response<const N: usize>(&self, advance: usize) -> [f64; N] {
@@ -245,6 +265,20 @@ mod tests {
     use crate::delay::predictor::robot_model::{RobotModel, RobotState};
     use crate::delay::predictor::scene::robot;
     use crate::delay::spacecraft::CYCLE_S;
+
+    /// A dead time that ends between two samples puts the change of the velocity there; a lag has no jump.
+    #[test]
+    fn samples_lag_where_the_velocity_jumps() {
+        for (delay, lag_s, expected) in [
+            (3.0, 0.0, [0.0, 0.5, 1.5, 1.0]),
+            (3.25, 0.0, [0.0, 0.75, 1.75, 0.5]),
+            (3.5, 0.0, [0.0, 1.0, 2.0, 0.0]),
+            (3.0, 0.016, [0.0, 1.0, 2.0, 0.0]),
+        ] {
+            let dynamics = LinearDynamics::new(&robot(delay, 0.0, lag_s, 0.0), CYCLE_S, 0.0);
+            assert_eq!(dynamics.sampled(&[5.0, 6.0, 8.0, 8.0]), expected);
+        }
+    }
 
     /// The displacement by a command of one cycle, which is in the end one cycle.
     #[test]

@@ -113,10 +113,16 @@ impl Scene {
 
     /// Positions of the robot over the horizon if these commands are added to those of the reference.
     pub(super) fn positions(&self, more: &[V6]) -> Vec<V6> {
+        let motion = self.motion(more).into_iter();
+        motion.map(|(position, _)| position).collect()
+    }
+
+    /// The same, with the velocities that are sampled then.
+    pub(super) fn motion(&self, more: &[V6]) -> Vec<(V6, V6)> {
         let (mut commands, mut robot) = (self.commands.clone(), self.robot);
-        let mut positions = Vec::new();
+        let mut motion = Vec::new();
         for t in 0..=PREDICTION_HORIZON {
-            positions.push(robot.position);
+            motion.push((robot.position, robot.velocity));
             let sent = self.base(t) + more.get(t).copied().unwrap_or_default();
             commands.push(&sent);
             // A robot without a dead time, with a late pose, executes even commands that are sent later.
@@ -126,7 +132,7 @@ impl Scene {
             }
             robot.step_sent(&self.model, &later, CYCLE + self.latency + t);
         }
-        positions
+        motion
     }
 
     /// The moves that track the reference with the least ‖r − x‖² + ρ ‖U‖², by a dense QR decomposition.
