@@ -1,7 +1,7 @@
 //! What is said of recordings that are not fit to be compared.
 
 use softdock_analysis::diagnose::diagnose;
-use softdock_analysis::import::checks::{CheckError, Context, check};
+use softdock_analysis::import::checks::{CheckError, Context, check, signs};
 use softdock_app::record::CycleRecord;
 use softdock_io::recording::Recording;
 use softdock_physics::model::{Axis, Model};
@@ -267,7 +267,12 @@ fn a_force_of_the_wrong_sign_or_size_is_told_with_the_line_to_change() {
     let mut model = Model::default();
     model.tool.mass_kg = 10.0;
     model.tool.dynamic_compensation = true;
-    let told = |scale: f64| check(&axis(scale), &context(Some(&model))).unwrap();
+    let told = |scale: f64| {
+        let log = axis(scale);
+        let mut told = check(&log, &context(Some(&model))).unwrap();
+        told.extend(signs(&[("log", &log)], Some(&model)));
+        told
+    };
     assert_eq!(told(1.0), Vec::<String>::new());
     let sign = "force fx drives the motion instead of resisting it: mass and friction would be negative \
                 (p < 1e-6).";
@@ -292,9 +297,19 @@ fn a_force_of_the_wrong_sign_or_size_is_told_with_the_line_to_change() {
     let mut closed = axis(-1.0);
     closed.cycles[0].trace.mode = softdock_control::modes::Mode::Running;
     assert_eq!(
-        check(&closed, &context(Some(&model))).unwrap(),
+        signs(&[("closed", &closed)], Some(&model)),
         Vec::<String>::new()
     );
+}
+
+/// A hand that pushes in one of two logs does not make the sign of the other wrong.
+#[test]
+fn logs_that_contradict_each_other_about_a_sign_are_told_so() {
+    let (right, pushed) = (axis(1.0), axis(-1.0));
+    let told = signs(&[("a.csv", &right), ("b.csv", &pushed)], None);
+    let said = "force fx resists the motion in a.csv and drives it in b.csv";
+    assert!(told.len() == 1 && told[0].starts_with(said), "{told:?}");
+    assert!(!told[0].contains("scale"), "{told:?}");
 }
 
 /// What is named with a force of the wrong sign is nothing to begin with; of one log among several the warning says it.

@@ -303,6 +303,34 @@ fn angles_of_turns_one_after_the_other_are_orientations() {
     }
 }
 
+/// A controller that pushes by the distance to its goal: the scale is that of the difference.
+#[test]
+fn what_is_subtracted_has_the_scale_of_the_column_unless_it_has_its_own() {
+    let log = table("t,x,goal", 300, |n| {
+        format!("{},{},{}", 0.01 * n, n.sin(), 5.0 + n)
+    });
+    let force = |other: &str| {
+        let mapping = format!(
+            "[files]\ntrain = \"log.csv\"\n[time]\ncolumn = \"t\"\n[position]\nx = {{ column = \"x\", unit = \"mm\" }}\n\
+             [executed_velocity]\nderive = true\n[wrench]\nfx = {{ column = \"goal\", scale = -2.0, minus = {other} }}\n"
+        );
+        let logs = imported("minus", &mapping, &[("log.csv", log.clone())]).unwrap();
+        logs.train[0].cycles[7].inputs.sensor.wrench[0]
+    };
+    let (goal, x) = (12.0, 7.0_f64.sin());
+    for (other, expected) in [
+        ("\"x\"", -2.0 * (goal - x)),
+        ("{ column = \"x\", scale = 1.0 }", -2.0 * goal - x),
+        ("{ column = \"x\", offset = 1.0 }", -2.0 * goal - (x + 1.0)),
+    ] {
+        let found = force(other);
+        assert!(
+            (found - expected).abs() < 1e-9,
+            "{other}: {found} {expected}"
+        );
+    }
+}
+
 /// A cylinder: force is the difference of two pressures on areas of their own, stamps are dates, and both logs are of
 /// one table.
 #[test]

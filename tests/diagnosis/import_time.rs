@@ -377,10 +377,16 @@ fn a_model_to_start_from_has_a_noise_of_the_size_of_the_signal() {
     let rounded = |speed: f64| (command(speed) * 2e3).round() / 2e3;
     // A random telegraph: as white as noise, which would have larger values.
     let jumps = |speed: f64| 4e-3 * (1e7 * speed).sin().signum();
-    for torque in [&command as &dyn Fn(f64) -> f64, &rounded, &jumps] {
+    let about_a_constant = |speed: f64| 8e-3 + jumps(speed);
+    for torque in [
+        &command as &dyn Fn(f64) -> f64,
+        &rounded,
+        &jumps,
+        &about_a_constant,
+    ] {
         let (model, guessed, summary, meaning) = shaft(torque);
         let (noise, bias) = (model.noise.torque_n_m, model.tolerance.bias[3]);
-        assert!((1e-6..4e-6).contains(&noise), "{noise}");
+        assert!((1e-6..8e-6).contains(&noise), "{noise}");
         assert!(bias < noise, "{bias}");
         let [said] = guessed.as_slice() else {
             panic!("{guessed:?}")

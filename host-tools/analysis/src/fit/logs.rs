@@ -3,7 +3,7 @@
 use super::record::Names;
 use super::{excitation, same_rig};
 use crate::held_back::all_held_back;
-use crate::import::checks::{Context, check};
+use crate::import::checks::{Context, check, signs};
 use anyhow::{Result, ensure};
 use softdock_app::record::CycleRecord;
 use softdock_io::recording::Recording;
@@ -45,6 +45,7 @@ impl Logs {
         let named: Vec<(&str, &Recording)> =
             all_names.zip(train_logs.iter().chain(&test_logs)).collect();
         refuse_copies(&named)?;
+        notes.extend(signs(&named, Some(model)));
         notes.extend(same_rig::differences(&named));
         let logs = Self {
             names: Names::default(),

@@ -8,6 +8,7 @@ mod causality;
 pub(crate) mod force;
 mod timing;
 
+pub use force::signs;
 pub(super) use timing::{GAP, ensure_rising};
 mod spikes;
 mod units;

@@ -168,11 +168,17 @@ fn set_noise(model: &mut Model, seen: &[Seen], before: &[NoiseFloors], rows: usi
             false => log.largest[kind],
         };
         let largest = seen.iter().map(load).fold(0.0, f64::max);
+        // An input may jump about a constant one, as a voltage between 10 and 12 V.
+        let farthest = seen.iter().map(|log| match is_free {
+            true => moved[kind] * log.fastest[kind],
+            false => log.farthest[kind],
+        });
+        let farthest = farthest.fold(0.0, f64::max);
         let floor = usual(&|floors| floors.wrench[kind]);
         let is_noise = |floor: &f64| {
             // White noise of that size would have produced a larger reading: such a wrench is an input that jumps from row to
             // row.
-            let highest = largest * LARGEST / (2.0 * (rows as f64).ln()).sqrt();
+            let highest = farthest * LARGEST / (2.0 * (rows as f64).ln()).sqrt();
             (largest * step(FINEST_BITS)..=highest).contains(floor)
         };
         floor.filter(is_noise).or_else(|| {
@@ -225,6 +231,8 @@ struct Seen {
     moving: [bool; 6],
     floors: NoiseFloors,
     largest: [f64; 2],
+    /// Farthest from the mean.
+    farthest: [f64; 2],
     /// Largest acceleration of the translations and of the rotations, noise of the velocity included.
     fastest: [f64; 2],
     acceleration: Option<f64>,
@@ -278,6 +286,7 @@ impl Seen {
                 ),
             },
             largest: largest(cycles, &wrench),
+            farthest: farthest(cycles, &wrench),
             fastest: fastest(cycles, signals.cycle_s),
             acceleration: acceleration(cycles, signals.cycle_s),
         })
@@ -404,6 +413,17 @@ fn largest(cycles: &[CycleRecord], of: &dyn Fn(&CycleRecord) -> [f64; 6]) -> [f6
         let values = cycles.iter().flat_map(|c| axes.clone().map(|i| of(c)[i]));
         values.fold(0.0, |largest, v| v.abs().max(largest))
     })
+}
+
+/// Largest departure of an axis from its mean, of the three translations and of the three rotations; 0 where nothing is measured.
+fn farthest(cycles: &[CycleRecord], of: &dyn Fn(&CycleRecord) -> [f64; 6]) -> [f64; 2] {
+    let sum = |axis: usize| cycles.iter().map(|c| of(c)[axis]).sum::<f64>();
+    let mean: [f64; 6] = std::array::from_fn(|axis| sum(axis) / cycles.len() as f64);
+    let departure = |c: &CycleRecord| {
+        let value = of(c);
+        std::array::from_fn(|axis| value[axis] - mean[axis])
+    };
+    largest(cycles, &departure)
 }
 
 /// Largest noise floor of the three translations and of the three rotations; `of` an axis the series.

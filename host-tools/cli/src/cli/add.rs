@@ -167,7 +167,7 @@ fn error_reduction(diagnosis: &Diagnosis, logs: &Logs) -> String {
         format!("{verb} from {before:.3} to {after:.3}")
     };
     let mut text = format!(
-        "The error on {} {}",
+        "In units of the model file's noise the error on {} {}",
         logs.names.train,
         goes(first.train_error, last.train_error)
     );

@@ -69,7 +69,7 @@ impl Fit {
     fn text(&self, fit: &Judged, logs: &Logs) -> String {
         let [before, after] = &fit.steps;
         let mut text = format!(
-            "The error on {} goes from {:.3} to {:.3}",
+            "In units of the model file's noise the error on {} goes from {:.3} to {:.3}",
             logs.names.train, before.train_error, after.train_error
         );
         if let (Some(before), Some(after)) = (before.test_error, after.test_error) {

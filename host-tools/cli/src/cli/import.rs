@@ -1,6 +1,6 @@
 //! `softdock import`: logs of other rigs, and tables of our own, as recordings.
 
-use super::answer;
+use super::{answer, print};
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use serde::Serialize;
@@ -22,17 +22,24 @@ softdock import log.csv --mapping mapping.toml -o imported
 (any table; the mapping says which column is what; writes train.mcap, or train1.mcap, train2.mcap
 .. where it names several logs, and model.toml to start from if it names no model)
 
+softdock import --template > mapping.toml
+(a mapping with all keys, each with what it means; keep what the table has)
+
 softdock import run.csv -o imported
 (a table that `softdock export` wrote, with its JSON beside it; writes run.mcap)")]
 pub(super) struct Import {
     /// Folder or table to read
-    path: PathBuf,
+    #[arg(required_unless_present = "template")]
+    path: Option<PathBuf>,
     /// What the columns of the table are (TOML)
     #[arg(long, value_name = "FILE.toml")]
     mapping: Option<PathBuf>,
+    /// Print a mapping with all keys to start from
+    #[arg(long, exclusive = true)]
+    template: bool,
     /// Folder to write into
-    #[arg(short, long, value_name = "DIR")]
-    output: PathBuf,
+    #[arg(short, long, value_name = "DIR", required_unless_present = "template")]
+    output: Option<PathBuf>,
     /// Overwrite existing files
     #[arg(long)]
     force: bool,
@@ -40,6 +47,9 @@ pub(super) struct Import {
     #[arg(long)]
     json: bool,
 }
+
+/// A mapping with all its keys.
+const TEMPLATE: &str = include_str!("../../../../examples/mapping.toml");
 
 /// Result of an import: file names with their content, and warnings for the user.
 #[derive(Default)]
@@ -61,19 +71,21 @@ struct Written {
 
 impl Import {
     pub(super) fn execute(self) -> Result<()> {
-        let imported = self.read()?;
+        let (Some(path), Some(output)) = (&self.path, &self.output) else {
+            return print(TEMPLATE);
+        };
+        let imported = self.read(path)?;
         for warning in &imported.warnings {
             say!("warning: {warning}");
         }
-        let written = self.write(imported)?;
+        let written = self.write(imported, path, output)?;
         answer(self.json, &written, || {
             let logs: Vec<String> = written.logs.iter().map(Summary::text).collect();
             format!("{}\n", logs.join("\n").trim_end())
         })
     }
 
-    fn read(&self) -> Result<Imported> {
-        let path = self.path.as_path();
+    fn read(&self, path: &Path) -> Result<Imported> {
         ensure!(
             path.exists(),
             "{}: no such file or folder; import reads a docking-rig-log/1 folder, a table that `softdock export` wrote \
@@ -106,8 +118,8 @@ impl Import {
         })
     }
 
-    fn write(&self, imported: Imported) -> Result<Written> {
-        let path = |name: &Path| self.output.join(name);
+    fn write(&self, imported: Imported, source: &Path, output: &Path) -> Result<Written> {
+        let path = |name: &Path| output.join(name);
         let model = imported
             .model_toml
             .map(|text| (path(Path::new("model.toml")), text));
@@ -121,16 +133,15 @@ impl Import {
             .chain(recordings.iter().map(|(name, _)| name))
             .cloned()
             .collect();
-        let inputs: Vec<&Path> = [Some(&self.path), self.mapping.as_ref()]
+        let inputs: Vec<&Path> = [Some(source), self.mapping.as_deref()]
             .into_iter()
             .flatten()
-            .map(PathBuf::as_path)
             .collect();
         for file in &files {
             refuse_overwrite_of(&inputs, file, self.force)?;
         }
-        std::fs::create_dir_all(&self.output)
-            .with_context(|| format!("cannot create {}", self.output.display()))?;
+        std::fs::create_dir_all(output)
+            .with_context(|| format!("cannot create {}", output.display()))?;
         if let Some((file, text)) = model {
             write_whole(&file, text)?;
         }

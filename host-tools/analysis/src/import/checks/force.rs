@@ -60,12 +60,52 @@ pub(super) fn check(recording: &Recording, context: &Context<'_>, warnings: &mut
         let Some((rows, fitted)) = fitted(&signals, axis) else {
             continue;
         };
-        let hint = match has_wrong_sign(&fitted, &rows, axis) {
-            true => Some(wrong_sign(axis)),
-            false => wrong_size(&fitted, axis, context.model),
-        };
-        warnings.extend(hint.map(|hint| format!("{}: {hint}", context.name)));
+        if !has_wrong_sign(&fitted, &rows, axis) {
+            let hint = wrong_size(&fitted, axis, context.model);
+            warnings.extend(hint.map(|hint| format!("{}: {hint}", context.name)));
+        }
     }
+}
+
+/// What all logs of a machine, by name, say of the signs of its forces: a warning for each log in which one drives the motion, or
+/// one warning where others say the opposite.
+pub fn signs(logs: &[(&str, &Recording)], model: Option<&Model>) -> Vec<String> {
+    let context = Context {
+        name: "",
+        sample_time_s: None,
+        model,
+        fewest_rows: None,
+        imports: false,
+    };
+    let signals = logs
+        .iter()
+        .filter_map(|(name, recording)| Some((*name, applies(recording, &context)?)));
+    let signals: Vec<(&str, Signals<'_>)> = signals.collect();
+    let mut warnings = Vec::new();
+    for axis in Axis::ALL {
+        let (mut driven, mut resisted) = (Vec::new(), Vec::new());
+        for (name, signals) in &signals {
+            match fitted(signals, axis) {
+                Some((rows, fitted)) if has_wrong_sign(&fitted, &rows, axis) => driven.push(*name),
+                Some((_, fitted)) if resists(&fitted) => resisted.push(*name),
+                _ => {}
+            }
+        }
+        if driven.is_empty() || resisted.is_empty() {
+            warnings.extend(
+                driven
+                    .iter()
+                    .map(|name| format!("{name}: {}", wrong_sign(axis))),
+            );
+        } else {
+            warnings.push(contradiction(
+                axis,
+                &driven.join(", "),
+                &resisted.join(", "),
+            ));
+        }
+    }
+    warnings
 }
 
 /// The rows of an axis, and what was fitted to them. `None` if they are too few, or M is turned against C so that velocity and force
@@ -324,14 +364,25 @@ fn has_wrong_sign(fitted: &Fitted, rows: &[Row], axis: Axis) -> bool {
 
 /// Whether terms that drive the motion explain far more than those that resist it.
 fn drives(fitted: &Fitted) -> bool {
+    let (wrong, right) = explained(fitted);
+    wrong > OUTWEIGHS * right
+}
+
+/// The opposite of [`drives`].
+fn resists(fitted: &Fitted) -> bool {
+    let (wrong, right) = explained(fitted);
+    right > OUTWEIGHS * wrong
+}
+
+/// Variances that significant terms which drive the motion explain, and those which resist it.
+fn explained(fitted: &Fitted) -> (f64, f64) {
     let told = [&fitted.friction, &fitted.mass]
         .into_iter()
         .filter(|term| term.p < LEVEL);
     let (drive, resist): (Vec<f64>, Vec<f64>) = told
         .map(|term| term.drives)
         .partition(|drives| *drives > 0.0);
-    let (wrong, right) = (drive.iter().sum::<f64>(), -resist.iter().sum::<f64>());
-    wrong > OUTWEIGHS * right
+    (drive.iter().sum::<f64>(), -resist.iter().sum::<f64>())
 }
 
 /// The warning of a wrong sign.
@@ -341,6 +392,16 @@ fn wrong_sign(axis: Axis) -> String {
         "{what} {key} drives the motion instead of resisting it: mass and friction would be negative \
          (p < {LEVEL:e}). A sensor between robot and tool feels the opposite, and so does softdock of a drive; \
          reverse the sign of its `scale` in [wrench] of the mapping (`{key} = {{ column = .., scale = -1.0 }}` if it has none)"
+    )
+}
+
+/// The warning of logs that contradict each other.
+fn contradiction(axis: Axis, driven: &str, resisted: &str) -> String {
+    let (what, key) = named(axis);
+    format!(
+        "{what} {key} resists the motion in {resisted} and drives it in {driven}, where mass and friction would be negative \
+         (p < {LEVEL:e}). Its sign is right in one of them alone, or something else moves the machine in the other, such as a hand: \
+         leave those rows out"
     )
 }
 

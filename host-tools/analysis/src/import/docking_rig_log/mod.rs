@@ -78,6 +78,12 @@ fn logs(meta: &Meta, train_csv: &str, test_csv: &str) -> anyhow::Result<Imported
     };
     let train = log(&meta.logs.train, train_csv)?;
     let test = log(&meta.logs.test, test_csv)?;
+    let named = [
+        (meta.logs.train.as_str(), &train),
+        (meta.logs.test.as_str(), &test),
+    ];
+    let told = checks::signs(&named, Some(&model));
+    warnings.extend(told.into_iter().map(without_mapping));
     Ok(ImportedLogs {
         model,
         train,

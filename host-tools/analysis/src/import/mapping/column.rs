@@ -120,7 +120,8 @@ pub(super) enum ColumnName {
     Number(usize),
 }
 
-/// A column and its conversion to SI: `scale × number + offset` in its unit, minus the value of another column.
+/// A column and its conversion to SI: `scale × number + offset` in its unit, minus the value of another column. Another column
+/// without a conversion of its own has the same scale and unit.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Column {
     /// Which one.
@@ -148,6 +149,11 @@ impl Column {
     /// Whether its cells hold dates.
     pub(super) fn is_date(&self) -> bool {
         self.unit.is_some_and(|unit| unit.name == DATE)
+    }
+
+    /// Whether it has no conversion of its own.
+    fn is_plain(&self) -> bool {
+        self.unit.is_none() && self.scale.is_none() && self.offset == 0.0
     }
 
     /// Whether the mapping states the unit of its numbers.
@@ -255,13 +261,27 @@ impl<'de> Visitor<'de> for ColumnVisitor {
     }
 
     fn visit_map<M: MapAccess<'de>>(self, map: M) -> Result<Column, M::Error> {
-        let written = Written::deserialize(MapAccessDeserializer::new(map))?;
+        let Written {
+            column,
+            unit,
+            scale,
+            offset,
+            minus,
+        } = Written::deserialize(MapAccessDeserializer::new(map))?;
+        let alike = |other: Column| match other.is_plain() {
+            true => Column {
+                unit,
+                scale,
+                ..other
+            },
+            false => other,
+        };
         Ok(Column {
-            column: written.column,
-            unit: written.unit,
-            scale: written.scale,
-            offset: written.offset,
-            minus: written.minus.map(Box::new),
+            column,
+            unit,
+            scale,
+            offset,
+            minus: minus.map(alike).map(Box::new),
         })
     }
 }

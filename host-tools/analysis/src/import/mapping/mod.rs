@@ -20,7 +20,7 @@
 //! ```
 //!
 //! A column is a name or a number from 1; its value is `scale × number + offset` in its unit, less that of another
-//! column (`minus`) if there is one.
+//! column (`minus`) if there is one, which has the same scale and unit unless it has its own.
 
 mod channels;
 mod column;
@@ -110,6 +110,16 @@ pub fn import_at_least(
     };
     let (train, test) = importer.logs(&train, &test)?;
     let (mut derived, mut warnings) = (importer.derived, importer.warnings);
+    let all = train.iter().chain(&test);
+    let said: Vec<(&str, &Recording)> = all.map(|(said, log)| (said.as_str(), log)).collect();
+    warnings.extend(checks::signs(&said, model.as_ref().map(|(model, _)| model)));
+    if path.is_file() && !mapping.files.test.0.is_empty() {
+        warnings.push(format!(
+            "{} alone is read, not the `test` of the mapping's [files]: for both give the folder in which they are",
+            path.display()
+        ));
+    }
+    let [train, test] = [train, test].map(|logs| logs.into_iter().map(|(_, log)| log).collect());
     derived.sort_unstable();
     derived.dedup();
     let filtered = mapping.filter.map(|filter| Filtered {
@@ -225,6 +235,9 @@ const TRAINING: &str = "training";
 /// ... and of the part that is unseen.
 const TEST: &str = "test";
 
+/// A recording with its name in messages.
+type Said = (String, Recording);
+
 /// Successive cycles, not yet checked.
 struct Stretch {
     /// Names of the tables.
@@ -261,13 +274,13 @@ impl Stretch {
 }
 
 impl Importer<'_> {
-    /// Training logs and test logs. If the mapping asks for it, rows of the training logs' tables become test logs, in place of
+    /// Training logs and test logs, each with its name in messages. If the mapping asks for it, rows of the training logs' tables become test logs, in place of
     /// tables of their own.
     fn logs(
         &mut self,
         train: &[Vec<String>],
         test: &[Vec<String>],
-    ) -> anyhow::Result<(Vec<Recording>, Vec<Recording>)> {
+    ) -> anyhow::Result<(Vec<Said>, Vec<Said>)> {
         let split = self.mapping.split;
         let own_rows = self.mapping.rows.test.is_some();
         match (split, test) {
@@ -425,7 +438,7 @@ impl Importer<'_> {
     }
 
     /// Makes a recording of cycles and checks it.
-    fn recording(&mut self, stretch: Stretch) -> anyhow::Result<Recording> {
+    fn recording(&mut self, stretch: Stretch) -> anyhow::Result<Said> {
         let Stretch {
             name,
             said,
@@ -466,6 +479,6 @@ impl Importer<'_> {
             imports: true,
         };
         self.warnings.extend(checks::check(&recording, &context)?);
-        Ok(recording)
+        Ok((said, recording))
     }
 }

@@ -206,9 +206,15 @@ impl Source {
         };
         let mut found = tables.flat_map(places);
         let first = found.next();
+        let hint = match self.tables.len() {
+            1 => "",
+            _ => {
+                ": files in one list stand side by side; several logs are a list of lists, [[\"one.csv\"], [\"other.csv\"]]"
+            }
+        };
         ensure!(
             found.next().is_none(),
-            "{}: several columns are called `{name}`; give the number of the one that counts",
+            "{}: several columns are called `{name}`; give the number of the one that counts{hint}",
             self.name()
         );
         Ok(first)
