@@ -91,7 +91,8 @@ pub fn percent(fraction: f64, decimals: usize) -> String {
 /// Writes an interval with as many decimals as show its width with `digits` significant digits: `[28.1, 35.2]`,
 /// `[225.4e-6, 226.2e-6]`.
 ///
-/// The bounds of a narrow interval around a large value therefore still differ in print.
+/// The bounds of a narrow interval around a large value therefore still differ in print. A bound that is not zero does not look so:
+/// `[0.02, 1.10]` excludes 0. (One that is less than a ten-thousandth of the width is practically zero.)
 pub fn interval(low: f64, high: f64, digits: usize) -> String {
     let width = (high - low).abs();
     let largest = low.abs().max(high.abs());
@@ -110,7 +111,14 @@ pub fn interval(low: f64, high: f64, digits: usize) -> String {
     let exponent = exponent - exponent.rem_euclid(3);
     let scale = 10f64.powi(-exponent);
     let digits = digits.clamp(1, MAX_DIGITS) as f64;
-    let decimals = (digits - 1.0 - (width * scale).log10().floor()).clamp(0.0, 12.0) as usize;
+    let place = |value: f64| -(value * scale).abs().log10().floor();
+    let plain = digits - 1.0 + place(width);
+    let nearest = low.abs().min(high.abs());
+    let shown = match nearest > 1e-4 * width {
+        true => plain.max(place(nearest)),
+        false => plain,
+    };
+    let decimals = shown.clamp(0.0, 12.0) as usize;
     let bound = |value: f64| match exponent {
         0 => fixed(value, decimals),
         _ => format!("{}e{exponent}", fixed(value * scale, decimals)),
@@ -181,6 +189,10 @@ mod tests {
         assert_eq!(interval(28.1, 35.2, 2), "[28.1, 35.2]");
         assert_eq!(interval(1000.01, 1000.05, 2), "[1000.010, 1000.050]");
         assert_eq!(interval(1e-5, 2e-5, 2), "[10e-6, 20e-6]");
+        assert_eq!(interval(0.023, 1.126, 2), "[0.02, 1.13]");
+        assert_eq!(interval(-1.126, -0.023, 2), "[-1.13, -0.02]");
+        assert_eq!(interval(0.0, 1.126, 2), "[0.0, 1.1]");
+        assert_eq!(interval(1e-6, 1.126, 2), "[0.0, 1.1]");
         assert_eq!(interval(1.0, f64::INFINITY, 2), "[1.0, inf]");
     }
 

@@ -7,6 +7,7 @@ pub(crate) mod outcome;
 pub(crate) mod ranking;
 pub(crate) mod regions;
 pub(crate) mod sentence;
+mod smoothing;
 pub(crate) mod unaccounted;
 pub(crate) mod verdict;
 mod weight;

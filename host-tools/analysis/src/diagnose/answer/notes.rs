@@ -93,6 +93,7 @@ impl Answer<'_> {
         notes.extend(self.in_proportion());
         notes.extend(self.without_gravity());
         notes.extend(self.without_inertia());
+        notes.extend(self.smooths());
         if stages.logs.have_own_origins() {
             let turns = model.bearing().is_some();
             let by_position = CATALOGUE.iter().filter(|e| e.acts_by_position(turns));

@@ -48,7 +48,7 @@ fn nothing_missing(diagnosis: &Diagnosis) -> String {
     let remainder = &diagnosis.remainder;
     if remainder.share > 0.0 {
         return format!(
-            "The catalogue knows nothing more that is missing: of what the model explains {} is left with structure ({}), \
+            "Nothing more of the catalogue stands out: of what the model explains {} is left with structure ({}), \
              {level:.2} in units of the model file's noise.",
             small_share(remainder.share),
             remainder.follows
