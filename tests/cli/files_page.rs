@@ -1,5 +1,6 @@
-//! docs/files.md has every key of the files that it describes.
+//! docs/files.md has every key of the files that it describes, and the template of a mapping all of a mapping.
 
+use softdock_tests::process::{done, scratch};
 use std::path::Path;
 
 const PAGE: &str = include_str!("../../docs/files.md");
@@ -49,6 +50,25 @@ fn each_key_is_on_the_page() {
         .collect();
     all.extend(keys("experiments/src/check/rig_file.rs", "    "));
     assert!(all.len() > 100, "{}", all.len());
+    for key in all {
+        assert!(words.contains(&key.as_str()), "{key}");
+    }
+}
+
+#[test]
+fn the_template_of_a_mapping_has_each_of_its_keys() {
+    let folder = scratch("mapping_template");
+    let template = done(&folder, &["import", "--template"]);
+    let document: toml_edit::DocumentMut = template.parse().unwrap();
+    assert!(document.contains_key("time"));
+    let part_of_a_word = |c: char| c.is_alphanumeric() || c == '_';
+    let words: Vec<&str> = template.split(|c| !part_of_a_word(c)).collect();
+    let mapping = "analysis/src/import/mapping";
+    let file = keys(&format!("{mapping}/file.rs"), "    pub(super) ");
+    let column = keys(&format!("{mapping}/column.rs"), "    ");
+    let told = keys("analysis/src/import/starter.rs", "    pub ");
+    let all: Vec<String> = [file, column, told].concat();
+    assert!(all.len() > 40, "{}", all.len());
     for key in all {
         assert!(words.contains(&key.as_str()), "{key}");
     }

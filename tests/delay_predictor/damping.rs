@@ -7,11 +7,11 @@ fn fifty_phases_in_scenario_s() {
     // At ζ = 0.5 the bound of the dead time is reached where the onset lies just after a sample: there the
     // guard acts.
     for (zeta, bound) in [
-        (0.1, 0.005),
-        (0.2, 0.005),
-        (0.3, 0.005),
-        (0.4, 0.005),
-        (0.5, 0.02),
+        (0.1, 0.001),
+        (0.2, 0.004),
+        (0.3, 0.0015),
+        (0.4, 0.0015),
+        (0.5, 0.012),
     ] {
         let cases = onset_phases(50).map(|onset_phase| Case {
             zeta,

@@ -14,7 +14,7 @@ fn an_unknown_latency_is_found_within_the_first_contact() {
         for zeta in [0.0, 0.2] {
             for pose_latency_cycles in 0..5 {
                 let robot = pausing(robot);
-                let cases = onset_phases(3).map(|onset_phase| Case {
+                let cases = onset_phases(8).map(|onset_phase| Case {
                     robot,
                     believed: robot,
                     latency_known: false,
@@ -27,7 +27,9 @@ fn an_unknown_latency_is_found_within_the_first_contact() {
                     ..Case::default()
                 });
                 let name = format!("{name}, latency {pose_latency_cycles}, damping {zeta}");
-                assert!(worst(&name, cases) <= 0.005);
+                // What the robot was told before the latency showed is wrong in time; a damped rebound keeps some of it.
+                let bound = if zeta > 0.0 { 0.012 } else { 0.005 };
+                assert!(worst(&name, cases) <= bound);
             }
         }
     }

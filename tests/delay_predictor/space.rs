@@ -206,9 +206,15 @@ fn elastic_contacts_in_space() {
 #[test]
 fn damped_contacts_in_space() {
     for scene in SCENES {
-        // With friction and ζ = 0.4 no command brings back what the dead time takes: the guard acts beyond 0.01 + 2 misfit.
-        for (zeta, bound) in [(0.2, 0.006), (0.4, 0.025)] {
-            let onset_phases = [0.05, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95];
+        // Obliquely, with friction and ζ = 0.4, no command brings back all that the dead time takes, and the guard acts only beyond
+        // 0.01 + 2 misfit: the touch at 0.85 lies just below that.
+        let far = if scene.name == "oblique, friction" {
+            0.024
+        } else {
+            0.012
+        };
+        for (zeta, bound) in [(0.2, 0.006), (0.4, far)] {
+            let onset_phases = [0.05, 0.2, 0.35, 0.5, 0.65, 0.8, 0.85, 0.95];
             let errors =
                 onset_phases.map(|onset_phase| scene.error(LawName::Predictor, zeta, onset_phase));
             println!("{}, damping {zeta}: {errors:.4?}", scene.name);

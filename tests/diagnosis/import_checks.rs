@@ -307,7 +307,7 @@ fn a_force_of_the_wrong_sign_or_size_is_told_with_the_line_to_change() {
 fn logs_that_contradict_each_other_about_a_sign_are_told_so() {
     let (right, pushed) = (axis(1.0), axis(-1.0));
     let told = signs(&[("a.csv", &right), ("b.csv", &pushed)], None);
-    let said = "force fx resists the motion in a.csv and drives it in b.csv";
+    let said = "force fx resists the motion in a.csv; it drives it in b.csv";
     assert!(told.len() == 1 && told[0].starts_with(said), "{told:?}");
     assert!(!told[0].contains("scale"), "{told:?}");
 }

@@ -321,7 +321,14 @@ fn what_is_subtracted_has_the_scale_of_the_column_unless_it_has_its_own() {
     for (other, expected) in [
         ("\"x\"", -2.0 * (goal - x)),
         ("{ column = \"x\", scale = 1.0 }", -2.0 * goal - x),
-        ("{ column = \"x\", offset = 1.0 }", -2.0 * goal - (x + 1.0)),
+        (
+            "{ column = \"x\", offset = 1.0 }",
+            -2.0 * goal - (-2.0 * x + 1.0),
+        ),
+        (
+            "{ column = \"x\", minus = \"goal\" }",
+            -2.0 * (goal - (x - goal)),
+        ),
     ] {
         let found = force(other);
         assert!(

@@ -55,6 +55,9 @@ pub(super) fn assert_left_behind(mut happens: impl FnMut() -> usize) {
                 held_up,
                 "{cycles:?} on a computer that was idle for {idle:.2} of its time"
             );
+            println!(
+                "NOT CHECKED to ten cycles, because this computer is busy; to {BUSY} it holds"
+            );
             break;
         }
         cycles.push(happens());

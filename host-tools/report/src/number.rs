@@ -91,8 +91,8 @@ pub fn percent(fraction: f64, decimals: usize) -> String {
 /// Writes an interval with as many decimals as show its width with `digits` significant digits: `[28.1, 35.2]`,
 /// `[225.4e-6, 226.2e-6]`.
 ///
-/// The bounds of a narrow interval around a large value therefore still differ in print. A bound that is not zero does not look so:
-/// `[0.02, 1.10]` excludes 0. (One that is less than a ten-thousandth of the width is practically zero.)
+/// The bounds of a narrow interval around a large value therefore still differ in print. An interval that excludes 0 shows that:
+/// `[0.02, 1.13]`, unless it does so by less than a ten-thousandth of its width.
 pub fn interval(low: f64, high: f64, digits: usize) -> String {
     let width = (high - low).abs();
     let largest = low.abs().max(high.abs());
@@ -114,7 +114,7 @@ pub fn interval(low: f64, high: f64, digits: usize) -> String {
     let place = |value: f64| -(value * scale).abs().log10().floor();
     let plain = digits - 1.0 + place(width);
     let nearest = low.abs().min(high.abs());
-    let shown = match nearest > 1e-4 * width {
+    let shown = match low * high > 0.0 && nearest > 1e-4 * width {
         true => plain.max(place(nearest)),
         false => plain,
     };
@@ -192,6 +192,7 @@ mod tests {
         assert_eq!(interval(0.023, 1.126, 2), "[0.02, 1.13]");
         assert_eq!(interval(-1.126, -0.023, 2), "[-1.13, -0.02]");
         assert_eq!(interval(0.0, 1.126, 2), "[0.0, 1.1]");
+        assert_eq!(interval(-0.003, 1.126, 2), "[0.0, 1.1]");
         assert_eq!(interval(1e-6, 1.126, 2), "[0.0, 1.1]");
         assert_eq!(interval(1.0, f64::INFINITY, 2), "[1.0, inf]");
     }

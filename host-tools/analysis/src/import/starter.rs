@@ -163,17 +163,16 @@ fn set_noise(model: &mut Model, seen: &[Seen], before: &[NoiseFloors], rows: usi
     };
     let [force, torque] = [(0, "force_n", "N"), (1, "torque_n_m", "N·m")].map(|(kind, key, unit)| {
         // The load of a free swing is its inertial force.
-        let load = |log: &Seen| match is_free {
-            true => moved[kind] * log.fastest[kind],
-            false => log.largest[kind],
+        let most = |of: &dyn Fn(&Seen) -> f64| {
+            let load = |log: &Seen| match is_free {
+                true => moved[kind] * log.fastest[kind],
+                false => of(log),
+            };
+            seen.iter().map(load).fold(0.0, f64::max)
         };
-        let largest = seen.iter().map(load).fold(0.0, f64::max);
+        let largest = most(&|log| log.largest[kind]);
         // An input may jump about a constant one, as a voltage between 10 and 12 V.
-        let farthest = seen.iter().map(|log| match is_free {
-            true => moved[kind] * log.fastest[kind],
-            false => log.farthest[kind],
-        });
-        let farthest = farthest.fold(0.0, f64::max);
+        let farthest = most(&|log| log.farthest[kind]);
         let floor = usual(&|floors| floors.wrench[kind]);
         let is_noise = |floor: &f64| {
             // White noise of that size would have produced a larger reading: such a wrench is an input that jumps from row to
@@ -417,8 +416,13 @@ fn largest(cycles: &[CycleRecord], of: &dyn Fn(&CycleRecord) -> [f64; 6]) -> [f6
 
 /// Largest departure of an axis from its mean, of the three translations and of the three rotations; 0 where nothing is measured.
 fn farthest(cycles: &[CycleRecord], of: &dyn Fn(&CycleRecord) -> [f64; 6]) -> [f64; 2] {
-    let sum = |axis: usize| cycles.iter().map(|c| of(c)[axis]).sum::<f64>();
-    let mean: [f64; 6] = std::array::from_fn(|axis| sum(axis) / cycles.len() as f64);
+    let mean: [f64; 6] = std::array::from_fn(|axis| {
+        let values = cycles.iter().map(|c| of(c)[axis]);
+        let (sum, count) = values
+            .filter(|value| value.is_finite())
+            .fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+        sum / f64::max(count, 1.0)
+    });
     let departure = |c: &CycleRecord| {
         let value = of(c);
         std::array::from_fn(|axis| value[axis] - mean[axis])

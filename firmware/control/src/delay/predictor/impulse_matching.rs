@@ -189,10 +189,10 @@ mod tests {
     /// Cycles until the robot responds to a preload.
     const DELAY: usize = 8;
 
-    /// Changes from cycle to cycle, and 0 for the first: what samples show of a velocity that is constant within each cycle and
-    /// changes just before they are taken.
-    fn steps(of: &Trajectory) -> Trajectory {
-        core::array::from_fn(|t| of[t] - of[t.saturating_sub(1)])
+    /// What samples show of a velocity that is constant within each cycle and changes just after they are taken: the mean of the
+    /// displacements of a cycle and of the one before it.
+    fn late(of: &Trajectory) -> Trajectory {
+        core::array::from_fn(|t| 0.5 * (of[t] - of[t.saturating_sub(2)]))
     }
 
     /// A contact that has just begun: k, q and c.
@@ -219,9 +219,9 @@ mod tests {
             let preload = core::array::from_fn(|t| if t > DELAY { moved(t) } else { 0.0 });
             Self {
                 depth,
-                sampled: steps(&depth),
+                sampled: late(&depth),
                 preload,
-                sampled_preload: steps(&preload),
+                sampled_preload: late(&preload),
                 load,
             }
         }
@@ -250,9 +250,10 @@ mod tests {
             let mut impulse = 0.0;
             for t in 0..PREDICTION_HORIZON {
                 let (before, now) = (at(t), at(t + 1));
+                let sampled = self.sampled[t + 1] + preload * CYCLE_S * self.sampled_preload[t + 1];
                 for n in 0..500 {
                     let depth = before + (now - before) * (f64::from(n) + 0.5) / 500.0;
-                    let rate = (now - before) / CYCLE_S;
+                    let rate = sampled / CYCLE_S;
                     if depth > 0.0 {
                         let force = k * depth + q * depth * depth + c * rate;
                         impulse += force.max(0.0) * CYCLE_S / 500.0;

@@ -1,4 +1,4 @@
-//! Note on a filter and a shift in time that counteract each other: together they smooth what is foretold from the motion.
+//! Note on a filter and a shift in time that counteract each other: together they smooth what is predicted from the motion.
 
 use super::notes::Answer;
 use softdock_physics::effects::Law;
@@ -11,15 +11,15 @@ struct InTime<'a> {
 }
 
 impl Answer<'_> {
-    /// Note that a reading is named as filtered, and the clocks as apart by most of the filter's delay. A wrench that is foretold from
+    /// Note that a reading is named as filtered, and the clocks as apart by about the filter's delay. A wrench that is predicted from
     /// differentiated positions has their noise, of which such a pair takes a part away without any delay.
     pub(super) fn smooths(&self) -> Option<String> {
         let (filter, shift) = (self.in_time(lag_s)?, self.in_time(offset_s)?);
         counteract(filter.seconds, shift.seconds).then(|| {
             let ms = |of: &InTime<'_>| number::significant(1e3 * of.seconds, 2);
             format!(
-                "{} rounds the reading and delays it by {} ms, and {} takes {} ms of that back: together they smooth what is foretold, which \
-                 noise of the motion asks for as well. If a smaller `cutoff_hz` in the [filter] of the mapping makes both go, they were that noise.",
+                "{} delays the reading by {} ms, and {} shifts it back by {} ms: noise of a differentiated motion can produce such a pair, \
+                 which smooths the prediction. See whether both go with a smaller `cutoff_hz` in the [filter] of an import.",
                 filter.id,
                 ms(&filter),
                 shift.id,
@@ -33,18 +33,7 @@ impl Answer<'_> {
         let mut named = self.reduction.named.iter();
         named.find_map(|(named, _)| {
             let effect = self.model.effect(&named.effect.id).ok()?;
-            let values = effect.parameters.iter();
-            let values: Vec<f64> = values
-                .map(|p| {
-                    named
-                        .effect
-                        .parameters
-                        .get(p.name)
-                        .copied()
-                        .unwrap_or_default()
-                })
-                .collect();
-            let seconds = of(&effect.law, &values)?;
+            let seconds = of(&effect.law, &effect.values(&named.effect.parameters))?;
             Some(InTime {
                 id: &named.effect.id,
                 seconds,
@@ -69,7 +58,7 @@ fn offset_s(law: &Law, values: &[f64]) -> Option<f64> {
     }
 }
 
-/// Whether a shift takes back more than half, and not twice, of the delay of a filter.
+/// Whether a shift takes back between half and one and a half of the delay of a filter.
 fn counteract(lag_s: f64, offset_s: f64) -> bool {
     (lag_s - offset_s).abs() < 0.5 * lag_s
 }

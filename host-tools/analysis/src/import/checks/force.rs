@@ -87,7 +87,9 @@ pub fn signs(logs: &[(&str, &Recording)], model: Option<&Model>) -> Vec<String> 
         for (name, signals) in &signals {
             match fitted(signals, axis) {
                 Some((rows, fitted)) if has_wrong_sign(&fitted, &rows, axis) => driven.push(*name),
-                Some((_, fitted)) if resists(&fitted) => resisted.push(*name),
+                Some((rows, fitted)) if resists_everywhere(&fitted, &rows, axis) => {
+                    resisted.push(*name)
+                }
                 _ => {}
             }
         }
@@ -362,6 +364,11 @@ fn has_wrong_sign(fitted: &Fitted, rows: &[Row], axis: Axis) -> bool {
     drives(fitted) && fit(&inner(rows, axis)).is_some_and(|fitted| drives(&fitted))
 }
 
+/// The opposite of [`has_wrong_sign`].
+fn resists_everywhere(fitted: &Fitted, rows: &[Row], axis: Axis) -> bool {
+    resists(fitted) && fit(&inner(rows, axis)).is_some_and(|fitted| resists(&fitted))
+}
+
 /// Whether terms that drive the motion explain far more than those that resist it.
 fn drives(fitted: &Fitted) -> bool {
     let (wrong, right) = explained(fitted);
@@ -399,9 +406,9 @@ fn wrong_sign(axis: Axis) -> String {
 fn contradiction(axis: Axis, driven: &str, resisted: &str) -> String {
     let (what, key) = named(axis);
     format!(
-        "{what} {key} resists the motion in {resisted} and drives it in {driven}, where mass and friction would be negative \
-         (p < {LEVEL:e}). Its sign is right in one of them alone, or something else moves the machine in the other, such as a hand: \
-         leave those rows out"
+        "{what} {key} resists the motion in {resisted}; it drives it in {driven}: mass and friction would be negative there (p < {LEVEL:e}). \
+         Either its sign is not the same in these logs, or something else moved the machine where it drives, such as a hand: then leave \
+         those rows out, with [rows] of the mapping"
     )
 }
 

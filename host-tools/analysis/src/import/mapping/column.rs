@@ -120,8 +120,8 @@ pub(super) enum ColumnName {
     Number(usize),
 }
 
-/// A column and its conversion to SI: `scale × number + offset` in its unit, minus the value of another column. Another column
-/// without a conversion of its own has the same scale and unit.
+/// A column and its conversion to SI: `scale × number + offset` in its unit, minus the value of another column, which has the same
+/// scale and unit if it states neither.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Column {
     /// Which one.
@@ -151,9 +151,23 @@ impl Column {
         self.unit.is_some_and(|unit| unit.name == DATE)
     }
 
-    /// Whether it has no conversion of its own.
-    fn is_plain(&self) -> bool {
-        self.unit.is_none() && self.scale.is_none() && self.offset == 0.0
+    /// The same with this unit and scale if it states neither, and so what is subtracted from it.
+    fn converted(self, unit: Option<Unit>, scale: Option<f64>) -> Self {
+        let own = self.unit.is_some() || self.scale.is_some();
+        let (unit, scale) = if own {
+            (self.unit, self.scale)
+        } else {
+            (unit, scale)
+        };
+        let minus = self
+            .minus
+            .map(|other| Box::new(other.converted(unit, scale)));
+        Self {
+            unit,
+            scale,
+            minus,
+            ..self
+        }
     }
 
     /// Whether the mapping states the unit of its numbers.
@@ -268,20 +282,12 @@ impl<'de> Visitor<'de> for ColumnVisitor {
             offset,
             minus,
         } = Written::deserialize(MapAccessDeserializer::new(map))?;
-        let alike = |other: Column| match other.is_plain() {
-            true => Column {
-                unit,
-                scale,
-                ..other
-            },
-            false => other,
-        };
         Ok(Column {
             column,
             unit,
             scale,
             offset,
-            minus: minus.map(alike).map(Box::new),
+            minus: minus.map(|other| Box::new(other.converted(unit, scale))),
         })
     }
 }
