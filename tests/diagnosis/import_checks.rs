@@ -1,7 +1,7 @@
 //! What is said of recordings that are not fit to be compared.
 
 use softdock_analysis::diagnose::diagnose;
-use softdock_analysis::import::checks::{CheckError, Context, check, signs};
+use softdock_analysis::import::checks::{CheckError, Context, check, noise, signs};
 use softdock_app::record::CycleRecord;
 use softdock_io::recording::Recording;
 use softdock_physics::model::{Axis, Model};
@@ -262,11 +262,18 @@ fn axis(scale: f64) -> Recording {
     recording
 }
 
-#[test]
-fn a_force_of_the_wrong_sign_or_size_is_told_with_the_line_to_change() {
+/// Its mass alone.
+fn moved() -> Model {
     let mut model = Model::default();
+    model.rig.active_axes = vec![Axis::X];
     model.tool.mass_kg = 10.0;
     model.tool.dynamic_compensation = true;
+    model
+}
+
+#[test]
+fn a_force_of_the_wrong_sign_or_size_is_told_with_the_line_to_change() {
+    let model = moved();
     let told = |scale: f64| {
         let log = axis(scale);
         let mut told = check(&log, &context(Some(&model))).unwrap();
@@ -315,10 +322,7 @@ fn logs_that_contradict_each_other_about_a_sign_are_told_so() {
 /// What is named with a force of the wrong sign is nothing to begin with; of one log among several the warning says it.
 #[test]
 fn a_doubtful_sign_is_said_before_the_answer() {
-    let mut model = Model::default();
-    model.rig.active_axes = vec![Axis::X];
-    model.tool.mass_kg = 10.0;
-    model.tool.dynamic_compensation = true;
+    let model = moved();
     let said = |scales: &[f64]| {
         let logs: Vec<Recording> = scales.iter().map(|scale| axis(*scale)).collect();
         let logs: Vec<&Recording> = logs.iter().collect();
@@ -331,6 +335,49 @@ fn a_doubtful_sign_is_said_before_the_answer() {
     for right in [&[1.0][..], &[-1.0, 1.0]] {
         assert!(!said(right).contains("sign of"), "{right:?}");
     }
+}
+
+/// The same axis by an encoder that is off by 5 µm, the velocity from its positions.
+fn by_encoder() -> Recording {
+    let mut random = RandomStream::new(1, 1);
+    let mut recording = axis(1.0);
+    let mut last = None;
+    for cycle in &mut recording.cycles {
+        let x = cycle.trace.pose[0] + 5e-6 * random.normal();
+        cycle.trace.pose[0] = x;
+        cycle.trace.executed_velocity[0] = (x - last.replace(x).unwrap_or(x)) / TS;
+    }
+    recording
+}
+
+/// The motion ends at 1.1 Hz and has 0.4 m/s² rms, the noise has 1.1.
+#[test]
+fn an_acceleration_that_is_noise_is_told_with_the_cutoff_that_keeps_it_down() {
+    let (quiet, mut noisy) = (axis(1.0), by_encoder());
+    assert_eq!(noise(&[("log", &quiet)], None), None);
+    let cutoff_hz = |log: &Recording| {
+        let told = noise(&[("quiet", &quiet), ("log", log)], None).unwrap();
+        assert!(told.starts_with("log: 9"), "{told}");
+        let (_, cutoff) = told.split_once("`cutoff_hz = ").unwrap();
+        let (cutoff, _) = cutoff.split_once('`').unwrap();
+        cutoff.parse::<f64>().unwrap()
+    };
+    let by_force = cutoff_hz(&noisy);
+    assert!((1.1..2.2).contains(&by_force), "{by_force}");
+    let model = moved();
+    let sentence = diagnose(&model, &[&noisy], &[], &|_, _| {})
+        .unwrap()
+        .diagnosis
+        .sentence;
+    assert!(
+        sentence.starts_with("First filter the motion: 9"),
+        "{sentence}"
+    );
+    // Without a force the spectrum tells.
+    let cycles = noisy.cycles.iter_mut();
+    cycles.for_each(|cycle| cycle.inputs.sensor.wrench = [f64::NAN; 6]);
+    let by_spectrum = cutoff_hz(&noisy);
+    assert!((1.1..2.2).contains(&by_spectrum), "{by_spectrum}");
 }
 
 #[test]

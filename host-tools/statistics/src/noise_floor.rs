@@ -1,6 +1,6 @@
 //! Noise floor of a series, estimated from the series itself.
 
-use super::spectrum::periodogram;
+use super::spectrum::{hann, periodogram};
 use std::f64::consts::PI;
 
 /// Median absolute deviation of a normal variable with standard deviation 1.
@@ -147,13 +147,7 @@ fn quietest(
     /// Lines below this number contain leakage of the window.
     const FIRST: usize = 4;
     let count = values.len() as f64;
-    // Hann's window confines an oscillation to few lines; 3/8 is the mean of its square.
-    let window = |n: usize| (PI * n as f64 / count).sin().powi(2) / 0.375_f64.sqrt();
-    let windowed: Vec<f64> = values
-        .iter()
-        .enumerate()
-        .map(|(n, v)| v * window(n))
-        .collect();
+    let windowed = hann(values);
     let frequency = |line: usize| (line + 1) as f64 / count;
     let mut lines: Vec<f64> = periodogram(&windowed)
         .iter()

@@ -2,13 +2,30 @@
 
 use rustfft::FftPlannerScalar;
 use rustfft::num_complex::Complex;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
+
+/// A series times Hann's window, which confines an oscillation to few lines of its spectrum; white noise keeps its power.
+pub(crate) fn hann(series: &[f64]) -> Vec<f64> {
+    let count = series.len() as f64;
+    // 3/8 is the mean of the window's square.
+    let window = |n: usize| (PI * n as f64 / count).sin().powi(2) / 0.375_f64.sqrt();
+    let values = series.iter().enumerate();
+    values.map(|(n, v)| v * window(n)).collect()
+}
 
 /// Power at the frequencies k / (N Ts), k = 1 to N/2, in the square of the series' unit. Its mean is the variance about zero
 /// of the known values. Missing values count as zero.
 pub fn periodogram(series: &[f64]) -> Vec<f64> {
     let known = series.iter().filter(|v| v.is_finite()).count();
-    if series.len() < 2 || known == 0 {
+    let power = |line: &Complex<f64>| line.norm_sqr() / known as f64;
+    lines(series).iter().map(power).collect()
+}
+
+/// Sums of the series times e^(−2π i k n / N) for k = 1 to N/2; none of a series without a known value. Missing values count as
+/// zero.
+pub(crate) fn lines(series: &[f64]) -> Vec<Complex<f64>> {
+    let is_known = series.iter().any(|v| v.is_finite());
+    if series.len() < 2 || !is_known {
         return Vec::new();
     }
     let mut buffer: Vec<Complex<f64>> = series
@@ -18,10 +35,7 @@ pub fn periodogram(series: &[f64]) -> Vec<f64> {
     FftPlannerScalar::new()
         .plan_fft_forward(series.len())
         .process(&mut buffer);
-    buffer[1..=series.len() / 2]
-        .iter()
-        .map(|c| c.norm_sqr() / known as f64)
-        .collect()
+    buffer[1..=series.len() / 2].to_vec()
 }
 
 /// Spectrum of noise with variance 1 and this autocorrelation from lag 1 on, at `cycles` cycles

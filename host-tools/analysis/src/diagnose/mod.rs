@@ -45,7 +45,7 @@ pub use logs::Logs;
 use crate::compare::compare;
 use crate::fit::same_rig;
 use crate::held_back::{all_held_back, are_of_one_log};
-use crate::import::checks::force;
+use crate::import::checks::{acceleration, force};
 use crate::levels::ChannelLevels;
 use answer::outcome::Outcome;
 use anyhow::{bail, ensure};
@@ -279,8 +279,11 @@ fn ask(
         diagnosis.verdict,
         Verdict::NothingMissing | Verdict::NotTestable
     );
-    if finds_something && let Some(sign) = force::said_first(model, train) {
-        diagnosis.sentence = format!("{sign}. {}", diagnosis.sentence);
+    if finds_something {
+        let noise = || acceleration::said_first(model, train);
+        if let Some(first) = force::said_first(model, train).or_else(noise) {
+            diagnosis.sentence = format!("{first}. {}", diagnosis.sentence);
+        }
     }
     diagnosis.seconds = started.elapsed().as_secs_f64();
     progress(1.0, "done");

@@ -4,14 +4,16 @@
 //! Whatever makes a comparison meaningless is an error. Whatever a person has to look at is a warning: a suspected unit is
 //! reported, never corrected, because only the user knows the right one.
 
+pub(crate) mod acceleration;
 mod causality;
 pub(crate) mod force;
+mod spikes;
 mod timing;
+mod units;
 
+pub use acceleration::noise;
 pub use force::signs;
 pub(super) use timing::{GAP, ensure_rising};
-mod spikes;
-mod units;
 
 use softdock_app::record::CycleRecord;
 use softdock_io::recording::Recording;
@@ -38,7 +40,18 @@ pub struct Context<'a> {
     pub imports: bool,
 }
 
-impl Context<'_> {
+impl<'a> Context<'a> {
+    /// A recording of a model, of which nothing is said by name.
+    fn of_model(model: Option<&'a Model>) -> Self {
+        Self {
+            name: "",
+            sample_time_s: None,
+            model,
+            fewest_rows: None,
+            imports: false,
+        }
+    }
+
     /// Whether the rows are measurements at rest, independent of each other.
     fn at_rest(&self) -> bool {
         self.model.is_some_and(|model| model.sensor.at_rest)

@@ -70,13 +70,7 @@ pub(super) fn check(recording: &Recording, context: &Context<'_>, warnings: &mut
 /// What all logs of a machine, by name, say of the signs of its forces: a warning for each log in which one drives the motion, or
 /// one warning where others say the opposite.
 pub fn signs(logs: &[(&str, &Recording)], model: Option<&Model>) -> Vec<String> {
-    let context = Context {
-        name: "",
-        sample_time_s: None,
-        model,
-        fewest_rows: None,
-        imports: false,
-    };
+    let context = Context::of_model(model);
     let signals = logs
         .iter()
         .filter_map(|(name, recording)| Some((*name, applies(recording, &context)?)));
@@ -122,13 +116,7 @@ fn fitted(signals: &Signals<'_>, axis: Axis) -> Option<(Vec<Row>, Fitted)> {
 
 /// What is said first of logs in each of which a force of the same axis drives the motion, as the beginning of a sentence.
 pub(crate) fn said_first(model: &Model, recordings: &[&Recording]) -> Option<String> {
-    let context = Context {
-        name: "",
-        sample_time_s: None,
-        model: Some(model),
-        fewest_rows: None,
-        imports: false,
-    };
+    let context = Context::of_model(Some(model));
     let drives = |recording: &Recording, axis: Axis| -> Option<bool> {
         let (rows, fitted) = fitted(&applies(recording, &context)?, axis)?;
         Some(has_wrong_sign(&fitted, &rows, axis))
@@ -146,7 +134,7 @@ pub(crate) fn said_first(model: &Model, recordings: &[&Recording]) -> Option<Str
 
 /// The signals of a log in which nothing but the load of the motion is on the sensor: the loop is
 /// open (a closed one moves with the force) and nothing is touched.
-fn applies<'a>(recording: &'a Recording, context: &Context<'_>) -> Option<Signals<'a>> {
+pub(super) fn applies<'a>(recording: &'a Recording, context: &Context<'_>) -> Option<Signals<'a>> {
     let model_applies = |model: &Model| {
         let contact = &model.contact;
         let touches = !contact.walls.is_empty() || contact.guide.is_some();

@@ -12,7 +12,7 @@ use crate::model::load::{
 use crate::model::log::is_same_wrench;
 use crate::model::prediction::{Six, six};
 use anyhow::{bail, ensure};
-use nalgebra::{Vector3, Vector6};
+use nalgebra::{Complex, Vector3, Vector6};
 use softdock_app::record::CycleRecord;
 use softdock_control::frames::{Pose, Twist};
 use softdock_control::io::Sequence;
@@ -70,7 +70,7 @@ pub struct Signals<'a> {
     /// Sensor samples are counted.
     samples_counted: bool,
     /// A velocity was sent in steps from cycle to cycle.
-    commanded: bool,
+    pub commanded: bool,
     /// See [`Self::motion`]; a fit asks for all of them in each of its steps.
     motions: OnceLock<Vec<Option<Motion<f64>>>>,
     /// See [`Self::pose`]; likewise.
@@ -392,23 +392,45 @@ impl<'a> Signals<'a> {
         let of = |taps: &[f64]| noise_of(taps, filter);
         // Noise of a mean velocity times Ts, in units of the pose's.
         let of_pose = self.noise_of_steps(model);
+        let acceleration = of(&self.acceleration_taps());
         let (velocity, acceleration) = match (self.velocity, self.commanded) {
-            (VelocityMeaning::Sampled, false) => (1.0, of(&taps_of_first())),
-            (VelocityMeaning::Sampled, true) => (1.0, of(&[-1.0, 1.0])),
-            (VelocityMeaning::CycleMean, false) => (
-                of(&taps_of_first()) / of_pose,
-                of(&taps_of_second()) / of_pose,
-            ),
-            (VelocityMeaning::CycleMean, true) => (
-                of(&[-0.5, 0.0, 0.5]) / of_pose,
-                of(&[1.0, -2.0, 1.0]) / of_pose,
-            ),
+            (VelocityMeaning::Sampled, _) => (1.0, acceleration),
+            (VelocityMeaning::CycleMean, false) => {
+                (of(&taps_of_first()) / of_pose, acceleration / of_pose)
+            }
+            (VelocityMeaning::CycleMean, true) => {
+                (of(&[-0.5, 0.0, 0.5]) / of_pose, acceleration / of_pose)
+            }
         };
         let recorded = self.velocity_sigma(model);
         (
             recorded.map(|s| s * velocity),
             recorded.map(|s| s * acceleration / self.cycle_s),
         )
+    }
+
+    /// Weights of the samples in [`Self::acceleration_at_pose`], far from gaps: of velocities, times Ts, or of the poses that they
+    /// were computed from, times Ts².
+    fn acceleration_taps(&self) -> Vec<f64> {
+        match (self.velocity, self.commanded) {
+            (VelocityMeaning::Sampled, false) => taps_of_first().to_vec(),
+            (VelocityMeaning::Sampled, true) => vec![-1.0, 1.0],
+            (VelocityMeaning::CycleMean, false) => taps_of_second().to_vec(),
+            (VelocityMeaning::CycleMean, true) => vec![1.0, -2.0, 1.0],
+        }
+    }
+
+    /// Power density that white noise of the recorded motion has in [`Self::acceleration_at_pose`], up to a factor: a function of
+    /// the frequency relative to the sampling rate.
+    pub fn noise_of_acceleration(&self) -> impl Fn(f64) -> f64 {
+        let taps = self.acceleration_taps();
+        move |frequency| {
+            let waves = taps.iter().enumerate();
+            let wave = |(n, weight): (usize, &f64)| {
+                Complex::from_polar(*weight, TAU * frequency * n as f64)
+            };
+            waves.map(wave).sum::<Complex<f64>>().norm_sqr()
+        }
     }
 }
 
