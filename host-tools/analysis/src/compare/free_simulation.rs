@@ -68,8 +68,14 @@ impl NotSimulated {
 
 impl FreeSimulation {
     /// Whether it is off by more than the motion.
-    pub(super) fn is_off(&self) -> bool {
+    fn is_off(&self) -> bool {
         self.relative > 1.0
+    }
+
+    /// Whether it is off by more than a tenth of the motion: a model that leaves so much does not agree with it, however small the
+    /// error of an instant is.
+    pub(super) fn strays(&self) -> bool {
+        self.relative > 0.1
     }
 
     /// As a sentence.

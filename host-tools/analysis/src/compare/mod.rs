@@ -195,7 +195,7 @@ pub fn compare(model: &Model, recording: &Recording) -> anyhow::Result<Compariso
     notes.extend(noise::notes(&source, &noise));
     let simulated = free_simulation::simulate(model, &signals).transpose();
     let strays = match &simulated {
-        Ok(free) => free.is_some_and(|free| free.is_off()),
+        Ok(free) => free.is_some_and(|free| free.strays()),
         Err(none) => none.runs_away,
     };
     notes.extend(simulated.as_ref().err().map(|none| none.why.clone()));

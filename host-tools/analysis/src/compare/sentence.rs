@@ -21,7 +21,7 @@ const ALL: f64 = 0.995;
 /// Beside a regime, phases with less than this share of the error say nothing new.
 const PLACE_SHARE: f64 = 0.5;
 
-/// The whole finding. `strays`: the free-run simulation is off by more than the motion.
+/// The whole finding. `strays`: see [`FreeSimulation::strays`](super::FreeSimulation::strays).
 pub(super) fn whole(errors: &[AxisError], failures: &[Failure], strays: bool) -> String {
     let Some(worst) = failures.first() else {
         return at_noise(errors, strays);
@@ -134,7 +134,7 @@ fn at_noise(errors: &[AxisError], strays: bool) -> String {
     });
     if strays {
         return format!(
-            "Instant by instant every error is at the noise{largest}; simulated forward the model is off by more than the motion. \
+            "Instant by instant every error is at the noise{largest}; simulated forward the model is off by more than a tenth of the motion. \
              Either the noise adds up to that, or something is missing that is smaller than the noise of an instant: `softdock \
              diagnose` weighs all instants together."
         );

@@ -1,5 +1,6 @@
 //! The result of a diagnosis.
 
+use super::evidence::NAMED;
 use crate::levels::{BeforeAfter, Step};
 use serde::{Deserialize, Serialize};
 use softdock_physics::model::{Axis, Channel};
@@ -135,12 +136,22 @@ impl RunnerUp {
         format!("{} in the place of {}", self.effect, self.of)
     }
 
-    /// By how much less χ² falls with it, in words.
+    /// By how much less χ² falls with it over all logs, and what follows, in words.
     pub fn compared(&self) -> String {
-        match self.behind >= 1.0 {
-            true => format!("{} less", number::significant(self.behind, 3)),
-            false => "as much".to_owned(),
-        }
+        let falls = match self.behind >= 1.0 {
+            true => format!("{} less over all logs", number::significant(self.behind, 3)),
+            false => "as much over all logs".to_owned(),
+        };
+        let follows = match self.told_apart {
+            true if self.behind >= 1.0 => "this log tells the two apart",
+            // It is as good beside other effects, or in spite of its price.
+            true => "beside what else is named it explains less than half as much",
+            false if self.behind > NAMED => {
+                "which errors of the laws that are named may make: this log does not tell the two apart"
+            }
+            false => "this log does not tell the two apart",
+        };
+        format!("with it χ² falls by {falls}; {follows}")
     }
 
     /// Adds another rival in the same place to its ties.

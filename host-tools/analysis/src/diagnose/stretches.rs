@@ -78,11 +78,16 @@ fn cut(log: &Recording) -> Option<Vec<Range<usize>>> {
 
 /// The note about logs that are cut at gaps.
 pub(super) fn note_of_gaps(whole: &Logs<&Recording>, looked_at: &Logs<&Recording>) -> String {
+    let [all, used] = [whole, looked_at].map(|logs| rows(&logs.all));
+    let rest = match used < all {
+        true => {
+            ", the longest ones (`gaps = \"bridge\"` in [time] of a mapping fills short gaps, so that more rows are used)"
+        }
+        false => "",
+    };
     format!(
-        "Gaps cut the logs: of {} rows {} were looked at, in {} stretches, the longest ones, each as a log of its own; whether they are of \
-         one machine is not asked.",
-        rows(&whole.all),
-        rows(&looked_at.all),
+        "Gaps cut the logs: of {all} rows {used} were looked at, in {} stretches{rest}, each as a log of its own; whether they are of one \
+         machine is not asked.",
         looked_at.all.len()
     )
 }

@@ -243,24 +243,38 @@ impl Answer<'_> {
             format!("{id} is not named: {with} foretells unseen data better without it.")
         });
         let refused = reduction.refused.iter().map(|refused| {
-            let Refused { ids, errors, of_fit } = refused;
+            let Refused {
+                ids,
+                errors,
+                of_fit,
+            } = refused;
             let [without, with] = errors;
-            let (are, them) = match ids.len() {
-                1 => ("is", "it"),
-                _ => ("are", "them together"),
+            let (are, them, it) = match ids.len() {
+                1 => ("is", "it", "it"),
+                _ => ("are", "them together", "them"),
+            };
+            let [before, after] = [without, with].map(|error| format!("{error:.2}"));
+            let goes = match before == after {
+                true => format!("stays at {before}"),
+                false => format!("goes from {before} to {after}"),
             };
             let why = match (of_fit, with < without) {
-                (true, _) => "the 95 % intervals of its amounts hold 0",
-                (false, true) if RISES * with > *without => "the logs of the fit are explained as well without it",
-                (false, true) => "less than a tenth, which may be an error of the form of others",
-                (false, false) => "something of another form is there",
+                (true, _) => "the 95 % intervals of its amounts hold 0".to_owned(),
+                (false, true) if RISES * with > *without => {
+                    format!("the logs of the fit are explained as well without {it}")
+                }
+                (false, true) => {
+                    "less than a tenth, which may be an error of the form of others".to_owned()
+                }
+                (false, false) if before == after => format!("nothing is explained by {it}"),
+                (false, false) => "something of another form is there".to_owned(),
             };
             let data = match of_fit {
                 true => "the logs of the fit",
                 false => "unseen data",
             };
             format!(
-                "{} {are} not named: with {them} the error on {data} goes from {without:.2} to {with:.2}; {why}.",
+                "{} {are} not named: with {them} the error on {data} {goes}; {why}.",
                 listed(ids)
             )
         });

@@ -288,7 +288,12 @@ pub(crate) fn with_general_curve(stages: &Stages, curve: &str) -> Vec<String> {
     };
     let likeliest = found.likeliest_with(|id| id == curve);
     let earlier = found.earlier.0.iter().map(|one| one.id.to_owned());
-    earlier
-        .chain(likeliest.iter().flat_map(|one| one.ids()))
-        .collect()
+    let mut all: Vec<String> = Vec::new();
+    for id in earlier.chain(likeliest.iter().flat_map(|one| one.ids())) {
+        // What was found earlier may have been found again with the curve.
+        if !all.contains(&id) {
+            all.push(id);
+        }
+    }
+    all
 }

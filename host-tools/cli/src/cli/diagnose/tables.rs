@@ -206,18 +206,7 @@ fn regions(diagnosis: &Diagnosis) -> Table {
 /// The closest rival, and how to tell it from the winner.
 fn rival(diagnosis: &Diagnosis) -> Option<String> {
     let rival = diagnosis.runner_up.as_ref()?;
-    let told = match rival.told_apart {
-        true => "this log tells the two apart",
-        false if rival.behind > NAMED => {
-            "no more than an error of the form of what explains it: this log does not tell the two apart"
-        }
-        false => "this log does not tell the two apart",
-    };
-    let mut text = format!(
-        "Runner-up: {}; with it χ² falls by {}, {told}.",
-        rival.in_words(),
-        rival.compared()
-    );
+    let mut text = format!("Runner-up: {}; {}.", rival.in_words(), rival.compared());
     if let Some(experiment) = &diagnosis.experiment {
         text.push_str(&format!("\nTo be sure: {}", experiment.sentence));
         if let Some(then) = experiment.separation_then {

@@ -182,13 +182,8 @@ impl Source<'_> {
             "The experiment that would tell more"
         });
         if let Some(rival) = &diagnosis.runner_up {
-            let verdict = if rival.told_apart {
-                "this log tells the two apart"
-            } else {
-                "this log cannot tell the two apart"
-            };
             page.paragraph(&format!(
-                "The closest rival is {}: with it, χ² falls by {} over all logs; {verdict}.",
+                "The closest rival is {}: {}.",
                 rival.in_words(),
                 rival.compared()
             ));

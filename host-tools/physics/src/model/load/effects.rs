@@ -360,11 +360,12 @@ impl LoadEffect {
         laws::acts(scene, self.effect)
     }
 
-    /// Whether a search tries it on the log: it acts there, and is no weight about an axis that stands upright by the model's
-    /// gravity.
+    /// Whether a search tries it on the log: it acts there, is no weight about an axis that stands upright by the model's gravity,
+    /// and no gain where no load is known: the amounts of all other effects would make up for it.
     pub fn is_tried_on(&self, scene: &Scene) -> bool {
         let lifts_nothing = self.effect.is_weight_about_bearing() && scene.turns_upright();
-        self.acts(scene) && !lifts_nothing
+        let is_gain = matches!(self.effect.law, Law::SensorGain(_) | Law::CommandGain(_));
+        self.acts(scene) && !lifts_nothing && (!is_gain || scene.has_nominal_load())
     }
 
     /// Whether its columns do not depend on its coefficients. Those of a contact do: a wall does not pull, so that where it lifts

@@ -324,6 +324,14 @@ impl Scene {
         self.pose.is_empty()
     }
 
+    /// Whether the nominal parameters alone load the sensor.
+    pub fn has_nominal_load(&self) -> bool {
+        let axes = self.nominal.0.iter().zip(self.bias).zip(self.measured);
+        let loaded = |axis: &[f64], zero: f64| axis.iter().any(|reading| *reading != zero);
+        axes.into_iter()
+            .any(|((axis, zero), measured)| measured && loaded(axis, zero))
+    }
+
     /// Change of the reading by the effects of the model file.
     pub fn change_by_known_effects(&self) -> Column {
         self.on_measured_axes(self.reading.clone().minus(&self.nominal))
@@ -520,6 +528,31 @@ mod tests {
         };
         assert!(is_tried([0.0, 0.0, -9.81]) && is_tried([0.0; 3]));
         assert!(!is_tried([-9.81, 0.0, 0.0]));
+    }
+
+    /// Twice the gain with half the inertia and half the friction reads the same, unless something is known.
+    #[test]
+    fn a_gain_is_looked_for_where_a_load_is_known() {
+        let is_tried = |mass_kg: f64| {
+            let mut model = Model::default();
+            model.tool.mass_kg = mass_kg;
+            model.sensor.bias[0] = 3.0;
+            let rest = Motion {
+                velocity: Twist::zero(),
+                acceleration: Twist::zero(),
+            };
+            let scene = Scene::new(
+                &model,
+                0.3,
+                vec![0.0, 0.3],
+                vec![Pose::identity(); 2],
+                vec![rest; 2],
+            );
+            let gain = LoadEffect::find(&model, "ft_scale").unwrap();
+            assert!(gain.acts(&scene), "what is in a model acts");
+            gain.is_tried_on(&scene)
+        };
+        assert!(is_tried(2.0) && !is_tried(0.0));
     }
 
     /// An arm of half a metre that turns against a wall: a push of 1 N has half a newton metre about the bearing, and the wall

@@ -61,11 +61,10 @@ impl Library {
         let mut store = Store::default();
         let mut variants = Vec::new();
         for ((effect, shapes), columns) in wanted.into_iter().zip(built) {
-            let acts = || joint.logs.iter().any(|log| effect.is_tried_on(&log.scene));
             let columns = match columns {
                 Some(columns) => columns,
                 // A late effect has no column yet, as no load is known that it could move: see [`Self::around`].
-                None if effect.is_late() && acts() => vec![Column::default()],
+                None if effect.is_late() => vec![Column::default()],
                 None => continue,
             };
             let signs = match effect.coefficients.as_slice() {
@@ -277,9 +276,10 @@ fn tried_variants(
     let all = model.into_iter().flat_map(LoadEffect::all);
     // A commanded force went through no sensor, so a constant is an offset of the guide and no zero of a sensor.
     let driven = model.is_some_and(|model| model.sensor.wrench.drives());
-    let is_tried = |effect: &&LoadEffect| match driven && effect.is_of_a_zero() {
-        true => false,
-        false => !excluded(effect.id),
+    let is_tried = |effect: &&LoadEffect| {
+        let mut scenes = joint.logs.iter().map(|log| &log.scene);
+        let is_no_zero = !(driven && effect.is_of_a_zero());
+        is_no_zero && !excluded(effect.id) && scenes.any(|scene| effect.is_tried_on(scene))
     };
     let rests_at_one_place = begin_apart(joint);
     let with_shapes = |effect: &'static LoadEffect| {
