@@ -66,16 +66,19 @@ impl NotSimulated {
     }
 }
 
+/// Share of the motion from which a simulation strays from it.
+const STRAYS: f64 = 0.1;
+
 impl FreeSimulation {
     /// Whether it is off by more than the motion.
     fn is_off(&self) -> bool {
         self.relative > 1.0
     }
 
-    /// Whether it is off by more than a tenth of the motion: a model that leaves so much does not agree with it, however small the
-    /// error of an instant is.
+    /// Whether it is off by more than a tenth of the motion, or of the change of a velocity: a model that leaves so much does not
+    /// agree with the log, however small the error of an instant is.
     pub(super) fn strays(&self) -> bool {
-        self.relative > 0.1
+        self.relative > STRAYS
     }
 
     /// As a sentence.

@@ -1,6 +1,6 @@
 //! The result of a diagnosis.
 
-use super::evidence::NAMED;
+use super::evidence::{NAMED, TOLD_APART};
 use crate::levels::{BeforeAfter, Step};
 use serde::{Deserialize, Serialize};
 use softdock_physics::model::{Axis, Channel};
@@ -136,22 +136,21 @@ impl RunnerUp {
         format!("{} in the place of {}", self.effect, self.of)
     }
 
-    /// By how much less χ² falls with it over all logs, and what follows, in words.
+    /// By how much less χ² falls with it, and what follows, in words.
     pub fn compared(&self) -> String {
         let falls = match self.behind >= 1.0 {
-            true => format!("{} less over all logs", number::significant(self.behind, 3)),
-            false => "as much over all logs".to_owned(),
+            true => format!("{} less", number::significant(self.behind, 3)),
+            false => "as much".to_owned(),
         };
         let follows = match self.told_apart {
-            true if self.behind >= 1.0 => "this log tells the two apart",
-            // It is as good beside other effects, or in spite of its price.
-            true => "beside what else is named it explains less than half as much",
+            true if self.behind >= TOLD_APART => "the logs tell the two apart",
+            true => "beside the other effects it explains too little to stand there",
             false if self.behind > NAMED => {
-                "which errors of the laws that are named may make: this log does not tell the two apart"
+                "errors of the laws may make such a difference, and the logs do not tell the two apart"
             }
-            false => "this log does not tell the two apart",
+            false => "the logs do not tell the two apart",
         };
-        format!("with it χ² falls by {falls}; {follows}")
+        format!("with it χ² falls by {falls} over all logs; {follows}")
     }
 
     /// Adds another rival in the same place to its ties.

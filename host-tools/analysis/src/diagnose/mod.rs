@@ -280,7 +280,9 @@ fn ask(
         Verdict::NothingMissing | Verdict::NotTestable
     );
     if finds_something {
-        let noise = || acceleration::said_first(model, train);
+        // Logs that differ do so whatever their noise is.
+        let is_of_motion = diagnosis.verdict != Verdict::LogsDisagree && stages.wrench.is_some();
+        let noise = || acceleration::said_first(model, train).filter(|_| is_of_motion);
         if let Some(first) = force::said_first(model, train).or_else(noise) {
             diagnosis.sentence = format!("{first}. {}", diagnosis.sentence);
         }

@@ -81,7 +81,7 @@ pub(super) fn note_of_gaps(whole: &Logs<&Recording>, looked_at: &Logs<&Recording
     let [all, used] = [whole, looked_at].map(|logs| rows(&logs.all));
     let rest = match used < all {
         true => {
-            ", the longest ones (`gaps = \"bridge\"` in [time] of a mapping fills short gaps, so that more rows are used)"
+            ", the longest ones, of a drive those with commands (`gaps = \"bridge\"` in [time] of a mapping fills short gaps)"
         }
         false => "",
     };

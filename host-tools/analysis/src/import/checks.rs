@@ -11,7 +11,7 @@ mod spikes;
 mod timing;
 mod units;
 
-pub use acceleration::noise;
+pub use acceleration::filter_needed;
 pub use force::signs;
 pub(super) use timing::{GAP, ensure_rising};
 
@@ -41,7 +41,7 @@ pub struct Context<'a> {
 }
 
 impl<'a> Context<'a> {
-    /// A recording of a model, of which nothing is said by name.
+    /// Of a recording that was imported before, in sentences without its name.
     fn of_model(model: Option<&'a Model>) -> Self {
         Self {
             name: "",

@@ -159,6 +159,15 @@ impl Effect {
         matches!(self.law, Law::CommandGain(_))
     }
 
+    /// Whether it multiplies all axes of a wrench by one factor.
+    pub fn is_gain_of_all(&self) -> bool {
+        match self.law {
+            Law::SensorGain(_) => self.parameters.iter().any(|p| p.common),
+            Law::CommandGain(_) => true,
+            _ => false,
+        }
+    }
+
     /// Place of a parameter.
     pub fn place(&self, name: &str) -> Option<usize> {
         self.parameters.iter().position(|p| p.name == name)

@@ -264,9 +264,9 @@ impl Answer<'_> {
                     format!("the logs of the fit are explained as well without {it}")
                 }
                 (false, true) => {
-                    "less than a tenth, which may be an error of the form of others".to_owned()
+                    "a fall of less than a tenth may be an error of the form of others".to_owned()
                 }
-                (false, false) if before == after => format!("nothing is explained by {it}"),
+                (false, false) if before == after => "they are predicted no better".to_owned(),
                 (false, false) => "something of another form is there".to_owned(),
             };
             let data = match of_fit {

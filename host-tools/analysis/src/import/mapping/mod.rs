@@ -114,7 +114,7 @@ pub fn import_at_least(
     let said: Vec<(&str, &Recording)> = all.map(|(said, log)| (said.as_str(), log)).collect();
     let checked = model.as_ref().map(|(model, _)| model);
     warnings.extend(checks::signs(&said, checked));
-    warnings.extend(checks::noise(&said, checked));
+    warnings.extend(checks::filter_needed(&said, checked));
     if path.is_file() && !mapping.files.test.0.is_empty() {
         warnings.push(format!(
             "{} alone is read, not the `test` of the mapping's [files]: for both give the folder in which they are",

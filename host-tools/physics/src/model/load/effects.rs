@@ -361,11 +361,11 @@ impl LoadEffect {
     }
 
     /// Whether a search tries it on the log: it acts there, is no weight about an axis that stands upright by the model's gravity,
-    /// and no gain where no load is known: the amounts of all other effects would make up for it.
+    /// and no gain where the nominal parameters make no load: the amounts of all effects would make up for it.
     pub fn is_tried_on(&self, scene: &Scene) -> bool {
         let lifts_nothing = self.effect.is_weight_about_bearing() && scene.turns_upright();
-        let is_gain = matches!(self.effect.law, Law::SensorGain(_) | Law::CommandGain(_));
-        self.acts(scene) && !lifts_nothing && (!is_gain || scene.has_nominal_load())
+        let is_free = self.effect.is_gain_of_all() && !scene.has_nominal_load();
+        self.acts(scene) && !lifts_nothing && !is_free
     }
 
     /// Whether its columns do not depend on its coefficients. Those of a contact do: a wall does not pull, so that where it lifts

@@ -324,10 +324,10 @@ impl Scene {
         self.pose.is_empty()
     }
 
-    /// Whether the nominal parameters alone load the sensor.
+    /// Whether the nominal parameters alone load the sensor: its zero is no load.
     pub fn has_nominal_load(&self) -> bool {
         let axes = self.nominal.0.iter().zip(self.bias).zip(self.measured);
-        let loaded = |axis: &[f64], zero: f64| axis.iter().any(|reading| *reading != zero);
+        let loaded = |axis: &[f64], zero: f64| axis.iter().any(|r| (r - zero).abs() > 0.0);
         axes.into_iter()
             .any(|((axis, zero), measured)| measured && loaded(axis, zero))
     }
@@ -549,7 +549,12 @@ mod tests {
                 vec![rest; 2],
             );
             let gain = LoadEffect::find(&model, "ft_scale").unwrap();
+            let crosstalk = LoadEffect::find(&model, "ft_crosstalk").unwrap();
             assert!(gain.acts(&scene), "what is in a model acts");
+            assert!(
+                crosstalk.is_tried_on(&scene),
+                "other axes do not make up for it"
+            );
             gain.is_tried_on(&scene)
         };
         assert!(is_tried(2.0) && !is_tried(0.0));

@@ -70,7 +70,7 @@ pub struct Signals<'a> {
     /// Sensor samples are counted.
     samples_counted: bool,
     /// A velocity was sent in steps from cycle to cycle.
-    pub commanded: bool,
+    commanded: bool,
     /// See [`Self::motion`]; a fit asks for all of them in each of its steps.
     motions: OnceLock<Vec<Option<Motion<f64>>>>,
     /// See [`Self::pose`]; likewise.
