@@ -4,6 +4,7 @@ use super::joint::named;
 use super::tables::{imported, started, table};
 use softdock_analysis::compare::compare;
 use softdock_analysis::diagnose::{Verdict, diagnose};
+use softdock_physics::model::{EffectModel, Model};
 use softdock_statistics::RandomStream;
 
 /// Weight, viscous and dry friction by the moment of inertia: rad/s², 1/s, rad/s².

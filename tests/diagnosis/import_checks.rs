@@ -366,8 +366,8 @@ fn an_acceleration_that_is_noise_is_told_with_the_cutoff_that_keeps_it_down() {
     // An axis that only shakes has no say, whatever its noise is like.
     let mut random = RandomStream::new(1, 2);
     for (n, cycle) in noisy.cycles.iter_mut().enumerate() {
-        let slow = 1e-4 * (0.5 * n as f64 * TS).sin();
-        cycle.trace.executed_velocity[1] = slow + 1e-3 * random.normal();
+        let slow = 1e-5 * (0.5 * n as f64 * TS).sin();
+        cycle.trace.executed_velocity[1] = slow + 1e-4 * random.normal();
     }
     assert_eq!(cutoff_hz(&noisy), by_force);
     let model = moved();
