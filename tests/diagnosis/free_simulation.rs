@@ -133,3 +133,29 @@ fn what_acts_on_the_reading_hinders_it() {
         "{notes:?}"
     );
 }
+
+/// No effect changes a velocity that the recorded positions contradict: what the model can mend comes first, however small.
+#[test]
+fn a_motion_that_contradicts_itself_is_told_behind_the_failures_of_the_model() {
+    let mut log = log(false, (0.3, 4.0), |[_, _, a]| 2.0 * a + 0.5);
+    for cycle in &mut log.cycles {
+        cycle.trace.executed_velocity[0] *= 1.05;
+    }
+    let said = |effects: &[(&str, &str)]| {
+        let mut model = model("x", TOOL, effects);
+        model.noise.position_m = 1e-6;
+        compare(&model, &log).unwrap().sentence
+    };
+    let (wrench, motion) = (
+        "The model fails in wrench x",
+        "Position and velocity of the log contradict each other in x",
+    );
+    let missing = said(&[]);
+    assert!(missing.starts_with(wrench), "{missing}");
+    assert!(missing.contains("It also fails in pose x"), "{missing}");
+    let whole = said(&[
+        ("ft_bias", "fx_n = -0.5"),
+        ("tool_mass_error", "mass_error_kg = -0.0952"),
+    ]);
+    assert!(whole.starts_with(motion), "{whole}");
+}

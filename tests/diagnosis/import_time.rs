@@ -196,6 +196,22 @@ fn gaps_are_cut_or_bridged() {
     assert!(logs.warnings.concat().contains(told), "{:?}", logs.warnings);
 }
 
+/// A loop that is late by six tenths of a step now and then has no missing rows.
+#[test]
+fn rows_that_are_late_are_not_called_missing() {
+    let log = table("t,p,v", 400, |n| {
+        let t = 0.01 * (n + 0.6 * (n / 40.0).floor());
+        format!("{t},{},{}", t.sin(), t.cos())
+    });
+    let files = [("log.csv", log)];
+    let late = "no whole numbers of steps, so that rows are late rather than missing";
+    let told = imported("late_loop", STAMPED, &files).unwrap().warnings;
+    assert!(told.concat().contains(late), "{told:?}");
+    let resampled = STAMPED.replace("[time]", "[time]\nresample_hz = \"auto\"");
+    let told = imported("late_loop", &resampled, &files).unwrap().warnings;
+    assert!(!told.concat().contains("gap"), "{told:?}");
+}
+
 /// A computer that is late with one row in fifty, by six rows: no gap for a log that goes through a low-pass of 4 Hz, whose
 /// fastest motion takes ten times as long, and one for a log that keeps all of its motion.
 #[test]

@@ -25,6 +25,9 @@ impl Format {
 /// Most significant digits that an f64 carries through text and back.
 const MAX_DIGITS: usize = 15;
 
+/// By how much of the last digit a decimal number may miss its digits because it is stored in binary.
+const BINARY: f64 = 1e-3;
+
 /// Percentages from here on are written with an exponent instead of a row of digits.
 const LARGE_PERCENT: f64 = 1e6;
 
@@ -91,8 +94,9 @@ pub fn percent(fraction: f64, decimals: usize) -> String {
 /// Writes an interval with as many decimals as show its width with `digits` significant digits: `[28.1, 35.2]`,
 /// `[225.4e-6, 226.2e-6]`.
 ///
-/// The bounds of a narrow interval around a large value therefore still differ in print. An interval that excludes 0 shows that:
-/// `[0.02, 1.13]`, unless it does so by less than a ten-thousandth of its width.
+/// The bounds of a narrow interval around a large value therefore still differ in print. They are rounded outwards, so that what is
+/// inside stays inside. An interval that excludes 0 shows that: `[0.02, 1.13]`, unless it does so by less than a ten-thousandth of its
+/// width.
 pub fn interval(low: f64, high: f64, digits: usize) -> String {
     let width = (high - low).abs();
     let largest = low.abs().max(high.abs());
@@ -119,11 +123,19 @@ pub fn interval(low: f64, high: f64, digits: usize) -> String {
         false => plain,
     };
     let decimals = shown.clamp(0.0, 12.0) as usize;
-    let bound = |value: f64| match exponent {
-        0 => fixed(value, decimals),
-        _ => format!("{}e{exponent}", fixed(value * scale, decimals)),
+    let bound = |value: f64, outwards: fn(f64) -> f64, slack: f64| {
+        let digit = 10f64.powi(-(decimals as i32));
+        let rounded = outwards(value * scale / digit + slack) * digit;
+        match exponent {
+            0 => fixed(rounded, decimals),
+            _ => format!("{}e{exponent}", fixed(rounded, decimals)),
+        }
     };
-    format!("[{}, {}]", bound(low), bound(high))
+    format!(
+        "[{}, {}]",
+        bound(low, f64::floor, BINARY),
+        bound(high, f64::ceil, -BINARY)
+    )
 }
 
 fn not_finite(value: f64) -> Option<String> {
@@ -191,9 +203,10 @@ mod tests {
         assert_eq!(interval(1e-5, 2e-5, 2), "[10e-6, 20e-6]");
         assert_eq!(interval(0.023, 1.126, 2), "[0.02, 1.13]");
         assert_eq!(interval(-1.126, -0.023, 2), "[-1.13, -0.02]");
-        assert_eq!(interval(0.0, 1.126, 2), "[0.0, 1.1]");
-        assert_eq!(interval(-0.003, 1.126, 2), "[0.0, 1.1]");
-        assert_eq!(interval(1e-6, 1.126, 2), "[0.0, 1.1]");
+        assert_eq!(interval(0.0, 1.126, 2), "[0.0, 1.2]");
+        assert_eq!(interval(-0.003, 1.126, 2), "[-0.1, 1.2]");
+        assert_eq!(interval(1e-6, 1.126, 2), "[0.0, 1.2]");
+        assert_eq!(interval(0.0894, 0.09915, 2), "[0.0894, 0.0992]");
         assert_eq!(interval(1.0, f64::INFINITY, 2), "[1.0, inf]");
     }
 

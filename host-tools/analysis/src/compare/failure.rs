@@ -50,13 +50,17 @@ pub struct Failure {
     pub sentence: String,
 }
 
-/// All failures, worst first.
+/// All failures, worst first, and behind all others those of a recorded motion that contradicts itself: no effect changes them.
 ///
 /// `regimes` are sorted: on each axis the best comes first.
 pub(super) fn find(source: &Source<'_>, errors: &[AxisError], regimes: &[Regime]) -> Vec<Failure> {
     let all: f64 = errors.iter().map(AxisError::excess).sum();
     let mut failing: Vec<&AxisError> = errors.iter().filter(|e| e.excess() > 0.0).collect();
-    failing.sort_by(|a, b| b.excess().total_cmp(&a.excess()));
+    failing.sort_by(|a, b| {
+        let of_motion = |e: &AxisError| source.is_within_motion(e.channel);
+        let behind = of_motion(a).cmp(&of_motion(b));
+        behind.then(b.excess().total_cmp(&a.excess()))
+    });
     failing
         .into_iter()
         .map(|error| {

@@ -163,6 +163,14 @@ struct Source<'a> {
     phases: &'a [Phase],
 }
 
+impl Source<'_> {
+    /// Whether errors of a channel are differences of recorded positions and recorded velocities: of a machine that is no rig, neither
+    /// is predicted.
+    fn is_within_motion(&self, channel: Channel) -> bool {
+        channel == Channel::Pose && !self.signals.is_of_a_rig()
+    }
+}
+
 /// Compares a recording with a model.
 ///
 /// # Errors
@@ -188,7 +196,7 @@ pub fn compare(model: &Model, recording: &Recording) -> anyhow::Result<Compariso
     let noise = noise::of_axes(&source);
     let mut failures = failure::find(&source, &errors, &regimes);
     for failure in &mut failures {
-        failure.sentence = sentence::of_failure(model, &errors, failure, &noise);
+        failure.sentence = sentence::of_failure(&source, &errors, failure, &noise);
     }
     let mut notes = notes::of_recording(recording, &signals, &contacts);
     notes.extend(prediction.notes.iter().cloned());

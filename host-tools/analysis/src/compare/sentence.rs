@@ -1,5 +1,6 @@
 //! Where the model fails, in words.
 
+use super::Source;
 use super::errors::AxisError;
 use super::explain::Explanation;
 use super::failure::Failure;
@@ -18,6 +19,8 @@ const EVERYWHERE: f64 = 0.6;
 /// If they take this share, they are the whole recording.
 const ALL: f64 = 0.995;
 
+/// From this ratio on the noise of the motion makes another unit of the expected noise than that of the reading alone is.
+const ANOTHER_UNIT: f64 = 1.2;
 /// Beside a regime, phases with less than this share of the error say nothing new.
 const PLACE_SHARE: f64 = 0.5;
 
@@ -42,12 +45,12 @@ pub(super) fn whole(errors: &[AxisError], failures: &[Failure], strays: bool) ->
 
 /// One axis in which the model fails: how large the error is, what it follows, and when it shows.
 pub(super) fn of_failure(
-    model: &Model,
+    source: &Source<'_>,
     errors: &[AxisError],
     failure: &Failure,
     noise: &[NoiseLevel],
 ) -> String {
-    let (channel, axis) = (failure.channel, failure.axis);
+    let (channel, axis, model) = (failure.channel, failure.axis, source.model);
     let mut found: Vec<String> = Vec::new();
     found.extend(failure.regime.as_ref().map(Regime::clause));
     found.extend(place(failure));
@@ -59,8 +62,12 @@ pub(super) fn of_failure(
     let new = explanation.filter(|e| !(says_offset && matches!(e, Explanation::Offset(_))));
     found.extend(new.map(|explanation| description(model, failure, explanation)));
     found.extend(coarse(failure, noise));
+    let fails = match source.is_within_motion(channel) {
+        true => format!("Position and velocity of the log contradict each other in {axis}"),
+        false => format!("The model fails in {channel} {axis}"),
+    };
     format!(
-        "The model fails in {channel} {axis}: {}. {}.",
+        "{fails}: {}. {}.",
         size(failure, errors),
         capitalised(&found.join("; "))
     )
@@ -70,9 +77,17 @@ pub(super) fn of_failure(
 fn size(failure: &Failure, errors: &[AxisError]) -> String {
     let of = |e: &&AxisError| e.channel == failure.channel && e.axis == failure.axis;
     errors.iter().find(of).map_or(String::new(), |error| {
-        let times = number::significant(error.overall().rms(), 2);
-        let rms = quantity(error.summary().rms, failure.channel.unit(failure.axis));
-        format!("the error is {rms} rms, {times} times the expected noise")
+        let (expected, summary) = (error.overall().rms(), error.summary());
+        let times = number::significant(expected, 2);
+        let rms = quantity(summary.rms, failure.channel.unit(failure.axis));
+        let of_reading = match summary.rms_sigma > ANOTHER_UNIT * expected {
+            true => format!(
+                " ({} times [noise] alone, the unit of a diagnosis: the noise of the motion is not in that)",
+                number::significant(summary.rms_sigma, 2)
+            ),
+            false => String::new(),
+        };
+        format!("the error is {rms} rms, {times} times the expected noise{of_reading}")
     })
 }
 

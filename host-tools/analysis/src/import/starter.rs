@@ -182,9 +182,18 @@ fn set_noise(model: &mut Model, seen: &[Seen], before: &[NoiseFloors], rows: usi
         };
         floor.filter(is_noise).or_else(|| {
             let guess = two_digits(largest * step(PLAIN_BITS) / 12.0_f64.sqrt())?;
+            let why = match is_free {
+                true => {
+                    " of the largest inertial load: no force is recorded; write the standard deviation of the noise of the \
+                     acceleration, times what moves, if you know it"
+                }
+                false => {
+                    ": the log shows no noise, as where it was commanded, jumps or is coarsely rounded; write the standard \
+                     deviation that you know"
+                }
+            };
             guessed.push(format!(
-                "[noise] {key} = {guess:e} {unit} is a guess, what {PLAIN_BITS} bits resolve: the log shows no noise, as where it \
-                 was commanded, jumps or is coarsely rounded; write the standard deviation that you know"
+                "[noise] {key} = {guess:e} {unit} is a guess, what {PLAIN_BITS} bits resolve{why}"
             ));
             Some(guess)
         })

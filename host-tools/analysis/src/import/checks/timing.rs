@@ -9,6 +9,9 @@ use softdock_statistics::median;
 const SAME_RATE: f64 = 0.01;
 /// A step of more than so many median steps is a gap: a row is missing.
 pub(in crate::import) const GAP: f64 = 1.5;
+/// Missing rows make a step of a whole number of median steps within this share: a clock that is later by chance, equally often at
+/// any time, comes as close in one of three gaps about two steps.
+const WHOLE: f64 = 0.08;
 /// A log of motions with slower rows than this was probably written in other units, s.
 const SLOWEST_S: f64 = 0.5;
 /// ... and one with faster rows, s.
@@ -75,8 +78,18 @@ fn gaps(name: &str, cycles: &[CycleRecord], steps: &[f64], median: f64) -> Optio
     let first = *gaps.first()?;
     let counted = |n: &usize| cycles[n + 1].trace.cycle > cycles[*n].trace.cycle + 1;
     let so = if gaps.iter().all(counted) {
-        "the row behind a gap begins anew, and nothing is concluded across it (an import with \
-         `gaps = \"bridge\"` in [time] fills short ones)"
+        let missing = gaps.iter().filter(|n| is_whole(steps[**n] / median));
+        match 2 * missing.count() >= gaps.len() {
+            true => {
+                "the row behind a gap begins anew, and nothing is concluded across it (an import with \
+                 `gaps = \"bridge\"` in [time] fills short ones)"
+            }
+            false => {
+                "most of them are no whole numbers of steps, so that rows are late rather than missing. The row behind each begins \
+                 anew, and nothing is concluded across it; an import with `resample_hz = \"auto\"` in [time] interpolates to \
+                 equal steps"
+            }
+        }
     } else {
         "what is behind a gap is compared as if it followed directly, so import the parts one \
          by one"
@@ -88,6 +101,11 @@ fn gaps(name: &str, cycles: &[CycleRecord], steps: &[f64], median: f64) -> Optio
         number::significant(cycles[first].trace.time_s, 6),
         gaps.len()
     ))
+}
+
+/// Whether rows that are so many median steps apart have whole rows missing between them.
+fn is_whole(steps: f64) -> bool {
+    (steps - steps.round()).abs() < WHOLE * steps
 }
 
 /// Refuses times that do not rise in every row; `row`: what the n-th is called.
