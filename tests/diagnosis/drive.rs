@@ -216,6 +216,51 @@ fn what_comes_after_the_motion_was_not_told() {
     );
 }
 
+/// A car of 230 kg on a road that is never level, by a model that nearly knows its mass: what its dry friction explains counts,
+/// although it is a constant one way.
+#[test]
+fn a_model_that_knows_the_mass_is_told_of_the_friction_one_way() {
+    /// Size and rate of a swing so slow that the car drives on with 12 m/s.
+    const ONWARDS: (f64, f64) = (1.2e5, 1e-4);
+    let car = OneAxis {
+        cycle_s: 0.02,
+        turns: false,
+        swings: [ONWARDS, (8.0, 0.3), (0.6, 1.1)],
+        noise: (1e-6, 2.0),
+        late_s: 0.0,
+    };
+    let record = |seconds: f64, phase: f64, seed: u64| {
+        let (mut random, mut slope) = (RandomStream::new(seed, 7), 0.0);
+        car.record(seconds, phase, seed, |[_, v, a]| {
+            slope += 0.02 * (-slope + 400.0 * random.normal());
+            230.0 * a + 164.0 * v.signum() + slope
+        })
+    };
+    let (train, test) = (record(60.0, 0.0, 1), record(40.0, 9.0, 2));
+    for known_kg in ["20.0", "200.0"] {
+        let text = MODEL
+            .replace("mass_kg = 20.0", &format!("mass_kg = {known_kg}"))
+            .replace("unscaled", "commanded");
+        let text = text.split("[[effect]]").next().unwrap();
+        let model = Model::from_toml(text, "model.toml").unwrap();
+        let found = diagnose(&model, &[&train], &[&test], &|_, _| {}).unwrap();
+        let found = found.diagnosis;
+        assert_eq!(
+            found.verdict,
+            Verdict::Named,
+            "{known_kg}: {}",
+            found.sentence
+        );
+        // One way a friction is a constant.
+        let mut same = ["guide_coulomb", "guide_offset"].into_iter();
+        let dry = same
+            .find_map(|id| found.parameters.get(id)?.get("force_n"))
+            .unwrap();
+        let size = dry.value.abs() / 164.0;
+        assert!((0.8..1.2).contains(&size), "{known_kg}: {dry:?}");
+    }
+}
+
 /// A table of a quarter of a ton; and one so heavy that it is another unit, of which several effects that were asked for say why they
 /// are not added.
 #[test]

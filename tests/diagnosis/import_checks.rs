@@ -206,7 +206,7 @@ fn position_and_velocity_in_other_units_are_refused() {
     for (scale, expected) in [
         (1e3, "is the position in mm?"),
         (1e-3, "is the velocity in mm/s?"),
-        (57.3, "`scale = 57.3"),
+        (57.3, "`scale` 57.3"),
         (-57.3, "wrong sign"),
     ] {
         let error = refused(&recording(1000, |_, c| c.trace.pose[0] *= scale));
@@ -324,7 +324,8 @@ fn logs_that_contradict_each_other_about_a_sign_are_told_so() {
 fn a_doubtful_sign_is_said_before_the_answer() {
     let model = moved();
     let said = |scales: &[f64]| {
-        let logs: Vec<Recording> = scales.iter().map(|scale| axis(*scale)).collect();
+        let mut logs: Vec<Recording> = scales.iter().map(|scale| axis(*scale)).collect();
+        logs.iter_mut().for_each(|log| log.cycles.truncate(1500));
         let logs: Vec<&Recording> = logs.iter().collect();
         let report = diagnose(&model, &logs, &[], &|_, _| {}).unwrap();
         report.diagnosis.sentence
@@ -371,6 +372,10 @@ fn an_acceleration_that_is_noise_is_told_with_the_cutoff_that_keeps_it_down() {
     }
     assert_eq!(cutoff_hz(&noisy), by_force);
     let model = moved();
+    let [beginning, of_quiet] = [&noisy, &quiet].map(|log| Recording {
+        cycles: log.cycles[..1500].to_vec(),
+        ..log.clone()
+    });
     let first = |logs: &[&Recording]| {
         let report = diagnose(&model, logs, &[], &|_, _| {}).unwrap();
         report
@@ -378,7 +383,7 @@ fn an_acceleration_that_is_noise_is_told_with_the_cutoff_that_keeps_it_down() {
             .sentence
             .starts_with("First filter the log: ")
     };
-    assert!(first(&[&noisy]) && !first(&[&noisy, &quiet]));
+    assert!(first(&[&beginning]) && !first(&[&beginning, &of_quiet]));
     // Without a force the spectrum tells.
     let cycles = noisy.cycles.iter_mut();
     cycles.for_each(|cycle| cycle.inputs.sensor.wrench = [f64::NAN; 6]);

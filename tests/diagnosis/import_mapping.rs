@@ -82,7 +82,7 @@ fn amperes_that_count_as_newtons_are_said_to() {
     "#;
     let log = table("t,p,i", 120, |n| format!("{},{n},{}", 0.01 * n, n % 7.0));
     let logs = imported("mapping_amperes", mapping, &[("log.csv", log)]).unwrap();
-    let said = "[wrench] fx: 1 mA counts as 0.001 N: amounts in N are converter units, and no forces or torques";
+    let said = "[wrench] fx: 1 mA counts as 0.001 N: amounts in N are those of the column at this rate, and no forces or torques";
     let times = logs.warnings.iter().filter(|warning| *warning == said);
     assert_eq!(times.count(), 1, "{:?}", logs.warnings);
 }

@@ -67,7 +67,7 @@ impl NotSimulated {
 }
 
 /// Share of the motion from which a simulation strays from it.
-const STRAYS: f64 = 0.1;
+pub(crate) const STRAYS: f64 = 0.1;
 
 impl FreeSimulation {
     /// Whether it is off by more than the motion.

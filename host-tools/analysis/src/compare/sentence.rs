@@ -77,18 +77,22 @@ pub(super) fn of_failure(
 fn size(failure: &Failure, errors: &[AxisError]) -> String {
     let of = |e: &&AxisError| e.channel == failure.channel && e.axis == failure.axis;
     errors.iter().find(of).map_or(String::new(), |error| {
-        let (expected, summary) = (error.overall().rms(), error.summary());
-        let times = number::significant(expected, 2);
-        let rms = quantity(summary.rms, failure.channel.unit(failure.axis));
-        let of_reading = match summary.rms_sigma > ANOTHER_UNIT * expected {
-            true => format!(
-                " ({} times [noise] alone, the unit of a diagnosis: the noise of the motion is not in that)",
-                number::significant(summary.rms_sigma, 2)
-            ),
-            false => String::new(),
-        };
-        format!("the error is {rms} rms, {times} times the expected noise{of_reading}")
+        let rms = quantity(error.summary().rms, failure.channel.unit(failure.axis));
+        format!("the error is {rms} rms, {}", times_the_noise(error, 2))
     })
+}
+
+/// How many times the expected noise an error is, and the noise of the reading alone where that is another unit.
+fn times_the_noise(error: &AxisError, digits: usize) -> String {
+    let (expected, of_reading) = (error.overall().rms(), error.summary().rms_sigma);
+    let [times, alone] = [expected, of_reading].map(|times| number::significant(times, digits));
+    match of_reading > ANOTHER_UNIT * expected {
+        true => format!(
+            "{times} times the expected noise ({alone} times [noise] alone, the unit of a diagnosis: the noise of the motion is not in \
+             that)"
+        ),
+        false => format!("{times} times the expected noise"),
+    }
 }
 
 /// The resolution of the measurement, if it is coarser than its noise.
@@ -143,9 +147,11 @@ fn at_noise(errors: &[AxisError], strays: bool) -> String {
             .to_owned();
     }
     let largest = worst.map_or(String::new(), |e| {
-        let times = number::significant(e.overall().rms(), 3);
         let (channel, axis) = (e.channel, e.axis);
-        format!(", the largest in {channel} {axis} with {times} times the expected noise")
+        format!(
+            ", the largest in {channel} {axis} with {}",
+            times_the_noise(e, 3)
+        )
     });
     if strays {
         return format!(

@@ -23,7 +23,7 @@
 //! | [`STAYS`] | 5 | another answer has to be off by so many times less to show that what acts by position drives the motion away: of the command of a surgical robot's controller by 34, of that of our own simulated motor that cogs by 7. Set by hand on these two |
 //! | [`DRIVES_AWAY`] | 1.2 | so much may the error at each instant rise without what drives the motion away: what a controller answers to, a disturbance that no law describes, makes a force by position fit better by 6 % on the robot and by 11 % on the simulated motor; without the weight of a real arm it is 1.75 times as large. Set by hand |
 //! | [`DROWNED`] | 0.5 | of a mass that follows from an acceleration with more noise than this share of its square less than half is found (errors in variables) |
-//! | [`DIFFERS`] | 0.04 | logs disagree about an effect if own amounts add this share to what its common amount explains, as if one log and all others weighed the same: the square of a fifth, with which one log shows half as much again as the other. Amounts of four legs of one robot differ by 3 to 24 % between two runs; set by hand, and effects in one of two generated logs are found as before (`--seed 902`) |
+//! | [`DIFFERS`] | 0.04 | logs disagree about an effect if own amounts explain this share of what its common amount does to the reading, as if one log and all others weighed the same: the square of a fifth, with which one log shows half as much again as the other. Amounts of four legs of one robot differ by 3 to 24 % between two runs; set by hand, and effects in one of two generated logs are found as before (`--seed 902`) |
 //! | [`MOST`] | 0.5 | half of the χ² of a log. An answer is about other logs if it leaves more of one log than this share, and amounts of this log's own explain more than this share of the rest. Logs disagree about a constant if a value for each log explains half of what is left with a common one. A note says what a residual is like if that explains as much of it. Set by hand |
 //! | [`MOVES`] | 0.5 | of two answers whose errors at each instant differ by less than a tenth, the one is taken whose simulated motion is off by less than half as much (of the square): errors add up in a simulation, and a smaller advantage may be luck. Set by hand; a cart's motion is off by 193 % with a delay and by 17 % with friction and mass in its place |
 
@@ -77,7 +77,8 @@ pub(crate) const DROWNED: f64 = 0.5;
 /// A rival has to explain this share of what the effect in its place explains beside the others.
 pub(crate) const AS_MUCH: f64 = 0.5;
 
-/// If amounts of each log's own add this share to what the common amount of an effect explains, the logs disagree about it.
+/// If amounts of each log's own explain this share of what the common amount of an effect does to the reading, the logs disagree
+/// about it.
 pub(crate) const DIFFERS: f64 = 0.04;
 
 /// An answer that leaves this share of a log, of which the log's own amounts explain this share again, is about other logs. In

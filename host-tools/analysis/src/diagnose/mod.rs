@@ -43,6 +43,7 @@ pub use finding::*;
 pub use logs::Logs;
 
 use crate::compare::compare;
+use crate::compare::free_simulation::STRAYS;
 use crate::fit::same_rig;
 use crate::held_back::{all_held_back, are_of_one_log};
 use crate::import::checks::{acceleration, force};
@@ -50,10 +51,12 @@ use crate::levels::ChannelLevels;
 use answer::outcome::Outcome;
 use anyhow::{bail, ensure};
 use conclusion::Asking;
+use prediction_error::foresight::off_by;
 use question::Question;
 use softdock_io::recording::Recording;
-use softdock_physics::model::Model;
 use softdock_physics::model::prediction::Prediction;
+use softdock_physics::model::{Model, WrenchMeaning};
+use softdock_report::number;
 use std::time::Instant;
 use watch::Watch;
 use wrench::finding::WrenchFinding;
@@ -275,6 +278,7 @@ fn ask(
     if let Some(settings) = same_rig::said_first(train, test) {
         diagnosis.sentence = answer::sentence::of_two_rigs(&settings, &diagnosis.sentence);
     }
+    diagnosis.sentence += &of_free_swing(&outcome.after, recordings.test());
     let finds_something = !matches!(
         diagnosis.verdict,
         Verdict::NothingMissing | Verdict::NotTestable
@@ -294,6 +298,20 @@ fn ask(
         after: outcome.after,
         before_prediction: stages.before.shown().clone(),
         after_prediction: outcome.predictions.shown().clone(),
+    })
+}
+
+/// A sentence on a free swing that the model with the named effects does not foretell; empty for any other log. At each instant a
+/// friction is less than the noise of the acceleration.
+fn of_free_swing(after: &Model, recordings: &[&Recording]) -> String {
+    let is_free = after.sensor.wrench == WrenchMeaning::Free;
+    let off = is_free.then(|| off_by(after, recordings)).flatten();
+    off.filter(|off| *off > STRAYS).map_or(String::new(), |off| {
+        format!(
+            " Simulated forward the swing is off by {} of itself: a friction that is missing adds up so, and so does an amount that is \
+             wrong by little. Behind a lower `cutoff_hz` of the import less is hidden by noise.",
+            number::percent(off, 0)
+        )
     })
 }
 

@@ -114,7 +114,7 @@ fn say_other_sign(stages: &Stages, remainder: &mut Remainder) {
     });
     if let Some(OtherSign { id, amount, share }) = other_sign {
         remainder.follows = format!(
-            "{:.0} % of what is left of the wrench is like {id} with {amount}, a sign that physics forbids it; an own hypothesis \
+            "{:.0} % of what is left of the wrench is like {id} with {amount}, whose sign physics forbids; an own hypothesis \
              can say what acts so; {}",
             100.0 * share,
             remainder.follows

@@ -1,6 +1,7 @@
 //! Finds late effects (those that move the reading in time) by their error on unseen data.
 
 use super::for_prediction::{Better, Errors, by_least_squares};
+use super::noise_of_motion::MovedInertia;
 use super::reversal::{best_reversal, each_friction, is_dry};
 use crate::diagnose::catalogue::is_general_curve;
 use crate::diagnose::evidence::{FORETELLS, RISES};
@@ -15,7 +16,8 @@ use softdock_physics::model::load::effects::LoadEffect;
 /// of frictions that are best beside it. A late reading makes a reversal look round. If the likelihood prefers a sharp reversal,
 /// or a spring (whose force is in quadrature with the velocity), nothing looks late to it. In the place of an effect the errors
 /// on the logs of the fit and on unseen data have to fall by [`RISES`]; beside all of them, which costs a parameter, by
-/// [`FORETELLS`]. A general curve in its place must not be better on both. `late` has effects of one parameter with the upper end
+/// [`FORETELLS`]. No lag stands in the place of a mass or an inertia: beside a viscous friction d it is a mass d T, of which no
+/// acceleration, with its noise, is needed to foretell the force. A general curve in its place must not be better on both. `late` has effects of one parameter with the upper end
 /// of the searched range, as a longer delay is something else. `None` if nothing is found, or there is no dry friction.
 pub(crate) fn with_what_is_late(
     model: &Model,
@@ -29,10 +31,12 @@ pub(crate) fn with_what_is_late(
     }
     let before = Errors::of(model, recordings, named)?;
     let places = (0..named.len()).filter(|k| !is_dry(&named[*k].effect.id));
-    let sets: Vec<(Vec<NamedEffect>, f64)> = places
-        .map(|gone| (without(named, gone), RISES))
-        .chain([(named.to_vec(), FORETELLS)])
-        .collect();
+    let in_place = places.map(|gone| {
+        let is_moved = MovedInertia::of(model, &named[gone].effect).is_some();
+        (without(named, gone), RISES, is_moved)
+    });
+    let sets = in_place.chain([(named.to_vec(), FORETELLS, false)]);
+    let sets: Vec<(Vec<NamedEffect>, f64, bool)> = sets.collect();
     let speed = wrench.prepared.pace().speed;
     let tried = LateTrials {
         model,
@@ -41,8 +45,9 @@ pub(crate) fn with_what_is_late(
         speed,
     };
     let mut best = None;
-    for (others, margin) in &sets {
-        for (effect, end) in late {
+    for (others, margin, replaces_inertia) in &sets {
+        let may_stand = |effect: &LoadEffect| effect.is_a_delay() || !replaces_inertia;
+        for (effect, end) in late.iter().filter(|(effect, _)| may_stand(effect)) {
             tried.beside(others, *margin, effect, *end, &mut best)?;
         }
     }

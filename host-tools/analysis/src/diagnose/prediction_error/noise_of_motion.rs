@@ -83,7 +83,7 @@ impl SubsetPredictions<'_> {
 }
 
 /// Mass that moves along a single axis, kg, or moment of inertia about it, kg·m², by a model and an effect that corrects it.
-struct MovedInertia {
+pub(super) struct MovedInertia {
     axis: Axis,
     /// The parameter of the effect.
     name: &'static str,
@@ -94,7 +94,7 @@ struct MovedInertia {
 
 impl MovedInertia {
     /// `None` if several axes move, or the effect is no correction of what moves.
-    fn of(model: &Model, effect: &EffectModel) -> Option<Self> {
+    pub(super) fn of(model: &Model, effect: &EffectModel) -> Option<Self> {
         let [axis] = model.rig.active_axes[..] else {
             return None;
         };

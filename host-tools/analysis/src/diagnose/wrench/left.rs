@@ -37,6 +37,8 @@ pub(crate) struct RemainingStructure {
     /// The same share in units of the data sheet's noise, without whitening. What effects gain in whitened χ² beside a remainder
     /// does not measure what they explain.
     plain: f64,
+    /// The plain share where a constant counts that effects remove, such as the friction of a motion one way.
+    with_constants: f64,
     /// Share that may be left without being called structure.
     pub allowed: f64,
 }
@@ -47,6 +49,7 @@ impl RemainingStructure {
             axes,
             share,
             plain: share,
+            with_constants: share,
             allowed: REMAINDER,
         }
     }
@@ -71,10 +74,11 @@ impl RemainingStructure {
     }
 
     /// The limit, and the share without whitening, for the wrench of a machine that is no docking rig, beside a smooth remainder.
+    /// Constants count: with most of a mass in the model, a friction one way is most of what is named.
     pub(crate) fn of_a_machine(self) -> Self {
         Self {
             allowed: HALF,
-            share: self.plain,
+            share: self.plain.min(self.with_constants),
             ..self
         }
     }
@@ -135,6 +139,8 @@ enum Constant {
     Common,
     /// Each log has one of its own.
     Own,
+    /// None: what effects remove of a constant counts, too.
+    Counts,
 }
 
 fn of_rests(joint: &Joint, rests: &[Rest], gain: f64, constant: Constant) -> RemainingStructure {
@@ -149,7 +155,11 @@ fn of_rests(joint: &Joint, rests: &[Rest], gain: f64, constant: Constant) -> Rem
         })
         .collect();
     let sum = |of: &dyn Fn(&Excess) -> f64| of_logs.iter().map(|(_, e)| of(e)).sum::<f64>();
-    let plain = share(sum(&|e| e.plain), removed(joint, rests, constant));
+    let left = sum(&|e| e.plain);
+    let raw = |rest: &Rest| rest.raw.clone();
+    let exact = |rest: &Rest| rest.exact.clone();
+    let plain = share(left, removed(joint, rests.iter().map(raw), constant));
+    let by_effects = removed(joint, rests.iter().map(exact), Constant::Counts);
     let white = share(sum(&|e| e.white), joint.explained_beyond_zeros(gain));
     RemainingStructure {
         axes,
@@ -159,6 +169,7 @@ fn of_rests(joint: &Joint, rests: &[Rest], gain: f64, constant: Constant) -> Rem
             plain.max(white)
         },
         plain,
+        with_constants: share(left, by_effects),
         allowed: REMAINDER,
     }
 }
@@ -177,9 +188,9 @@ struct Excess {
     plain: f64,
 }
 
-/// By how much effects and tolerances reduce χ², in units of the data sheet's noise. What a constant would remove is not counted:
-/// to remove an offset is no merit of an effect.
-fn removed(joint: &Joint, rests: &[Rest], constant: Constant) -> f64 {
+/// By how much χ² is lower with the `rests` of all logs, in units of the data sheet's noise. What `constant` would remove is not
+/// counted: to remove an offset is no merit of an effect.
+fn removed(joint: &Joint, rests: impl Iterator<Item = Column>, constant: Constant) -> f64 {
     let changes = |columns: &[Column], axis: usize| {
         let each = joint.logs.iter().zip(columns);
         let sums = each.map(|(log, column)| {
@@ -193,6 +204,7 @@ fn removed(joint: &Joint, rests: &[Rest], constant: Constant) -> f64 {
             Constant::Common => about_mean(sums.fold((0.0, 0.0, 0.0), |all, one| {
                 (all.0 + one.0, all.1 + one.1, all.2 + one.2)
             })),
+            Constant::Counts => sums.map(|(_, _, power)| power).sum(),
         }
     };
     let nominal = |log: &PreparedLog| {
@@ -201,8 +213,8 @@ fn removed(joint: &Joint, rests: &[Rest], constant: Constant) -> f64 {
         nominal
     };
     let nominal: Vec<Column> = joint.logs.iter().map(nominal).collect();
-    let raw: Vec<Column> = rests.iter().map(|rest| rest.raw.clone()).collect();
-    let taken = |axis| changes(&nominal, axis) - changes(&raw, axis);
+    let rests: Vec<Column> = rests.collect();
+    let taken = |axis| changes(&nominal, axis) - changes(&rests, axis);
     (0..6).map(taken).sum()
 }
 
@@ -308,6 +320,7 @@ mod tests {
         let left = RemainingStructure {
             share: 0.27,
             plain: 0.16,
+            with_constants: 0.2,
             ..RemainingStructure::default()
         };
         let remainder = Remainder::default();

@@ -420,8 +420,8 @@ fn wrong_size(fitted: &Fitted, axis: Axis, model: Option<&Model>) -> Option<Stri
         let word = |value: f64| number::significant(value, 3);
         format!(
             "force f{axis} is {} times what the model's {} kg need for the acceleration (95 %: {} to {}): \
-             are these other units? `scale = {}` for f{axis} in [wrench] of the mapping would make them \
-             agree, as another `mass_kg` in [tool] of the model or, of the position, another `unit` would",
+             are these other units? A `scale` {} times as large for f{axis} in [wrench] of the mapping would make \
+             them agree, as another `mass_kg` in [tool] of the model or, of the position, another `unit` would",
             word(factor),
             tool.mass_kg,
             word(factor - half),

@@ -322,8 +322,8 @@ fn other_unit(axis: Axis, ratio: f64) -> Option<String> {
     }
     (!(0.7..1.4).contains(&ratio)).then(|| {
         format!(
-            "are their units and the sample time right? `scale = {ratio:.4}` for {axis} in [{VELOCITY}] of the mapping would make \
-             them agree"
+            "are their units and the sample time right? A `scale` {ratio:.4} times as large for {axis} in [{VELOCITY}] of the mapping \
+             would make them agree"
         )
     })
 }

@@ -181,7 +181,7 @@ impl Column {
         let converter = self.unit.filter(|unit| unit.quantity.is_none())?;
         (self.scale?.abs() == 1.0).then(|| {
             format!(
-                "1 {} counts as {} {si}: amounts in {si} are converter units, and no forces or torques",
+                "1 {} counts as {} {si}: amounts in {si} are those of the column at this rate, and no forces or torques",
                 converter.name, converter.si
             )
         })

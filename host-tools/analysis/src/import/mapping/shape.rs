@@ -62,9 +62,29 @@ pub(super) fn filter(
     if decimate > 1 {
         less_than_half_a_turn(channels, &kept, decimate)?;
     }
+    let proposed = fewer_rows(filter, rate_hz, kept.len());
+    told.extend(proposed.filter(|note| !told.contains(note)));
     channels.keep(|n| kept[n]);
     normalise(channels);
     Ok(noise)
+}
+
+/// Proposes to keep fewer of so many rows, where they say no more than some of them do.
+fn fewer_rows(filter: &Filter, rate_hz: f64, rows: usize) -> Option<String> {
+    /// Rows for each period of the cutoff: differences of eighth order are then exact to (2π/6)⁸/630, a five-hundredth.
+    const ENOUGH: f64 = 6.0;
+    /// Fewer rows take no time.
+    const MANY: usize = 5000;
+    let most = (rate_hz / (ENOUGH * filter.cutoff_hz)) as usize;
+    (filter.decimate == 1 && most > 1 && rows > MANY).then(|| {
+        format!(
+            "behind `cutoff_hz = {}` {} rows per second say no more than {} do: `decimate = {most}` in [filter] makes a \
+             diagnosis {most} times as fast",
+            filter.cutoff_hz,
+            number::significant(rate_hz, 3),
+            number::significant(rate_hz / most as f64, 3)
+        )
+    })
 }
 
 /// Mean of so many values from each row on: the velocity that was sent until the next row that is kept.
@@ -235,6 +255,29 @@ pub(super) fn normalise(channels: &mut Channels) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn fewer_rows_are_proposed_where_they_say_as_much() {
+        let proposed = |rate_hz: f64, rows: usize, decimate: usize| {
+            let low_pass = Filter {
+                cutoff_hz: 10.0,
+                order: 4,
+                decimate,
+                trim_s: 0.0,
+            };
+            fewer_rows(&low_pass, rate_hz, rows)
+        };
+        let told = proposed(250.0, 9000, 1).unwrap();
+        assert!(
+            told.contains("250 rows per second say no more than 62.5 do")
+                && told.contains("`decimate = 4`"),
+            "{told}"
+        );
+        for nothing in [(100.0, 9000, 1), (250.0, 900, 1), (250.0, 9000, 4)] {
+            let (rate_hz, rows, decimate) = nothing;
+            assert_eq!(proposed(rate_hz, rows, decimate), None, "{nothing:?}");
+        }
+    }
 
     /// A spindle at 300 rad/s: the parts of its quaternion swing at 24 Hz, above the cutoff, and its angle is a ramp.
     #[test]

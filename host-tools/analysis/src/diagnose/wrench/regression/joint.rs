@@ -363,19 +363,8 @@ impl Joint {
         } else {
             0
         };
-        let of_log = |log: &PreparedLog| {
-            let mut left = log.residual.clone();
-            subtract(&mut left, &tested.contribution(&log.scene), 1.0);
-            let of_axis = |(series, sheet): (&Vec<f64>, f64)| {
-                let counted = series.iter().zip(&log.fresh).filter(|(_, fresh)| **fresh);
-                counted.map(|(r, _)| (r / sheet).powi(2)).sum::<f64>()
-            };
-            let axes = left.0.iter().zip(log.sheet_sigma);
-            let rows = log.fresh.iter().filter(|fresh| **fresh).count();
-            (axes.map(of_axis).sum::<f64>(), rows)
-        };
         let of_logs = |logs: &[PreparedLog]| {
-            let each = logs.iter().map(of_log);
+            let each = logs.iter().map(|log| log.chi2_left(tested));
             let (squares, rows) = each.fold((0.0, 0), |sum, of| (sum.0 + of.0, sum.1 + of.1));
             (squares / rows.max(1) as f64).sqrt()
         };
@@ -383,6 +372,12 @@ impl Joint {
             of_logs(&self.logs[..self.fitted]),
             of_logs(&self.logs[first..]),
         ]
+    }
+
+    /// Whether a hypothesis leaves more of some log than the noise of the model.
+    pub(crate) fn exceeds_noise(&self, tested: &TestedHypothesis) -> bool {
+        let mut of_logs = self.logs.iter().map(|log| log.chi2_left(tested));
+        of_logs.any(|(squares, rows)| squares > (self.problem.axes * rows) as f64)
     }
 
     /// A message if an effect is so large that errors of its form alone would be as large as the reading, or as what the model
@@ -510,9 +505,10 @@ impl Joint {
         self.logs.len() as f64 * each.fold(f64::INFINITY, f64::min)
     }
 
-    /// For each effect: the largest gain in χ² if one log gets an amount of its own, and the gain of the common amount beside the
-    /// other effects. The latter is scaled as if that log and all others weighed the same, as an own amount of a log with little
-    /// weight gains little.
+    /// For each effect: the largest gain in χ² if one log gets an amount of its own, and χ² of what the common amount does to the
+    /// reading. The latter is scaled as if that log and all others weighed the same, as an own amount of a log with little weight
+    /// gains little. It is not what the effect gains beside the others, for that may be next to nothing: by logs at one speed each, a
+    /// damping and a constant force can hardly be told apart, but neither differs for that.
     pub(crate) fn contrasts(&self, tested: &TestedHypothesis) -> Vec<[f64; 2]> {
         let effects = tested.effects.iter();
         let parts: Vec<Column> = effects.map(|one| self.white_part_of(tested, one)).collect();
@@ -534,12 +530,7 @@ impl Joint {
             let each = (0..self.logs.len()).map(own);
             let each = each.filter(|(more, _)| more.is_finite());
             let (own, weight) = each.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
-            let others = [&all[..place], &all[place + 1..]].concat();
-            let without = match others.is_empty() {
-                true => 0.0,
-                false => gain(&others),
-            };
-            [own, weight * (common - without)]
+            [own, weight * whole]
         };
         (0..parts.len()).map(of).collect()
     }

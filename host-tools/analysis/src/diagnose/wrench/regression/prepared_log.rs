@@ -1,8 +1,10 @@
 //! A log, prepared for the regression of its wrench.
 
 use super::nuisance;
+use super::problem::subtract;
 use super::saturated;
 use super::stiction::without_stiction;
+use super::tested::TestedHypothesis;
 use crate::diagnose::noise::autoregressive::{AutoregressiveNoise, LEAST, ORDER};
 use crate::diagnose::wrench::sampling::Sampling;
 use softdock_physics::model::Model;
@@ -101,6 +103,19 @@ impl PreparedLog {
             half_step: std::array::from_fn(|axis| 0.5 * sampling.lsb[axis / 3]),
             has_own_origin: log.has_own_origin(),
         }
+    }
+
+    /// Sum of squares of what a hypothesis leaves of all axes, in units of the noise by data sheet, and the number of rows that count.
+    pub(crate) fn chi2_left(&self, tested: &TestedHypothesis) -> (f64, usize) {
+        let mut left = self.residual.clone();
+        subtract(&mut left, &tested.contribution(&self.scene), 1.0);
+        let of_axis = |(series, sheet): (&Vec<f64>, f64)| {
+            let counted = series.iter().zip(&self.fresh).filter(|(_, fresh)| **fresh);
+            counted.map(|(r, _)| (r / sheet).powi(2)).sum::<f64>()
+        };
+        let axes = left.0.iter().zip(self.sheet_sigma);
+        let rows = self.fresh.iter().filter(|fresh| **fresh).count();
+        (axes.map(of_axis).sum(), rows)
     }
 
     /// Fall of Σ (distance to the interval that a rounded reading stands for)², in σ². An effect that only moves predictions

@@ -1,6 +1,7 @@
 //! Whether the logs are of one machine in one state: finds effects whose amounts differ from log to log, or that one log alone
 //! shows.
 
+use super::own_constant::moves_both_ways;
 use super::{AmountByLog, Disagreement, SearchState};
 use crate::diagnose::evidence::{self, DIFFERS, MOST};
 use crate::diagnose::wrench::left::{self, REMAINDER};
@@ -144,7 +145,13 @@ impl SearchState<'_> {
     }
 
     /// Effects of which one log shows half as much again as the others, in the sense of [`DIFFERS`], with enough evidence for it.
+    /// None where common amounts leave no log more than the noise, as a model that agrees with all of them is that of one machine,
+    /// and none where a log moves in one direction only: there a friction is a constant.
     fn differing(&self, accepted: &TestedHypothesis) -> Vec<&'static str> {
+        let back_and_forth = self.joint.logs.iter().all(moves_both_ways);
+        if !back_and_forth || !self.joint.exceeds_noise(accepted) {
+            return Vec::new();
+        }
         let each = self.joint.contrasts(accepted).into_iter();
         let each = each.zip(&accepted.effects);
         let differing = each.filter(|([own, common], _)| {
