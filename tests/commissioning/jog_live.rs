@@ -238,12 +238,14 @@ fn a_jog_is_an_operators_command() {
     let sensor = Sensor::connect(served.board.can);
     served.board.process.wait_for("sensor Running");
     let robot = RunningRobot::start(served.board.robot);
-    served.hears_its_robot();
-    let said = served.refused(&["mode", "jog", "x"]);
-    assert!(
-        said.contains("jog x refused in mode Idle: it does not apply in this mode"),
-        "{said}"
-    );
+    // On a busy computer the robot may be late, and its loss is told first.
+    let refused = |_| {
+        served.hears_its_robot();
+        served.refused(&["mode", "jog", "x"])
+    };
+    let mut tries = (0..20).map(refused);
+    let says = "jog x refused in mode Idle: it does not apply in this mode";
+    assert!(tries.any(|said| said.contains(says)));
     served.done(&["mode", "hold"]);
     let answer = served.json(&["mode", "jog -x"]);
     assert_eq!(answer["mode"], "Jogging");

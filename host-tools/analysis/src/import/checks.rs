@@ -10,6 +10,7 @@ pub(crate) mod force;
 mod spikes;
 mod timing;
 mod units;
+mod zero;
 
 pub use acceleration::filter_needed;
 pub use force::signs;
@@ -168,6 +169,7 @@ pub fn check(recording: &Recording, context: &Context<'_>) -> Result<Vec<String>
     units::check(cycles, sample_time_s, context, &mut warnings)?;
     if !context.at_rest() {
         causality::check(cycles, sample_time_s, context, &mut warnings);
+        zero::check(cycles, sample_time_s, context, &mut warnings);
         if context.imports {
             spikes::check(cycles, context, &mut warnings);
         }

@@ -23,14 +23,10 @@ pub(super) fn check(
     warnings: &mut Vec<String>,
 ) {
     let cycles = &cycles[..cycles.len().min(ENOUGH)];
-    let rows = ((LONGEST_S / sample_time_s) as usize).min(MOST_ROWS);
     for axis in Axis::ALL {
-        let series = |of: fn(&CycleRecord) -> &[f64; 6]| -> Vec<f64> {
-            cycles.iter().map(|c| of(c)[axis.index()]).collect()
-        };
-        let sent = series(|c| &c.trace.sent_velocity);
-        let executed = series(|c| &c.trace.executed_velocity);
-        let Some(lead) = lead(&sent, &executed, rows) else {
+        let sent = series(cycles, axis, |c| &c.trace.sent_velocity);
+        let executed = series(cycles, axis, |c| &c.trace.executed_velocity);
+        let Some(lead) = lead(&sent, &executed, most_rows(sample_time_s)) else {
             continue;
         };
         warnings.push(format!(
@@ -42,24 +38,47 @@ pub(super) fn check(
     }
 }
 
+/// A velocity of an axis, row by row.
+pub(super) fn series(
+    cycles: &[CycleRecord],
+    axis: Axis,
+    of: fn(&CycleRecord) -> &[f64; 6],
+) -> Vec<f64> {
+    cycles.iter().map(|c| of(c)[axis.index()]).collect()
+}
+
+/// Rows within which a delay is looked for.
+fn most_rows(sample_time_s: f64) -> usize {
+    ((LONGEST_S / sample_time_s) as usize).min(MOST_ROWS)
+}
+
+/// Delay in rows at which the executed velocity correlates best with the sent one; None where one of them does not change.
+pub(super) fn best_delay(sent: &[f64], executed: &[f64], sample_time_s: f64) -> Option<usize> {
+    let few = |all: &[f64]| centred(&all[..all.len().min(ENOUGH)]);
+    let (sent, executed) = (few(sent)?, few(executed)?);
+    let late = (0..=most_rows(sample_time_s)).map(|lag| (lag, shifted(&sent, &executed, lag)));
+    late.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(lag, _)| lag)
+}
+
 /// Rows by which the executed velocity is ahead of the sent one; None where it is not, or where the data do not tell.
 fn lead(sent: &[f64], executed: &[f64], most: usize) -> Option<usize> {
     let [sent, executed] = [sent, executed].map(centred);
     let (sent, executed) = (sent?, executed?);
-    // Correlation of two series, one shifted by `lag` rows, over the rows that overlap.
-    let shifted = |from: &[f64], to: &[f64], lag: usize| -> f64 {
-        let later = to.get(lag..).unwrap_or_default();
-        let sums = from.iter().zip(later);
-        let [ab, aa, bb] = sums.fold([0.0; 3], |[ab, aa, bb], (a, b)| {
-            [ab + a * b, aa + a * a, bb + b * b]
-        });
-        ab / (aa * bb).sqrt().max(f64::MIN_POSITIVE)
-    };
     let late = (0..=most).map(|lag| shifted(&sent, &executed, lag));
     let late = late.fold(f64::NEG_INFINITY, f64::max);
     let early = (1..=most).map(|lag| (lag, shifted(&executed, &sent, lag)));
     let (lag, early) = early.max_by(|a, b| a.1.total_cmp(&b.1))?;
     (1.0 - early < LEADS * (1.0 - late)).then_some(lag)
+}
+
+/// Correlation of two series, the second one shifted by `lag` rows, over the rows that overlap.
+fn shifted(from: &[f64], to: &[f64], lag: usize) -> f64 {
+    let later = to.get(lag..).unwrap_or_default();
+    let sums = from.iter().zip(later);
+    let [ab, aa, bb] = sums.fold([0.0; 3], |[ab, aa, bb], (a, b)| {
+        [ab + a * b, aa + a * a, bb + b * b]
+    });
+    ab / (aa * bb).sqrt().max(f64::MIN_POSITIVE)
 }
 
 /// A series without its mean; None of one that does not change.
