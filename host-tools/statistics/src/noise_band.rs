@@ -17,6 +17,12 @@ const STANDS_OUT: f64 = 4.0;
 /// A group is a signal from this coherence on: less than half of its power is noise. Of the smallest groups of noise one in 260 has,
 /// of the larger ones at high frequencies none.
 const COHERENT: f64 = 0.5;
+/// Share of a signal's power that is worth no higher cutoff, where only the spectrum tells: a swing has most of its power at one
+/// frequency. Its harmonics stand out of noise for long, but a cutoff beyond them lets through so much noise, and so much of what an
+/// encoder does at each reversal, that a friction is lost.
+const DISPENSABLE: f64 = 0.01;
+/// So far above a signal a low-pass leaves it as it is.
+const OCTAVE: usize = 2;
 /// Frequencies, relative to the sampling rate, by which white noise is judged.
 const JUDGED: Range<f64> = 0.3..0.45;
 
@@ -36,7 +42,7 @@ pub fn incoherent_band(series: &[f64], driver: &[f64]) -> Option<NoiseBand> {
     if series.len() != driver.len() {
         return None;
     }
-    NoiseBand::above(&series, |group| {
+    NoiseBand::above(&series, 0.0, |group| {
         let pairs = series[group.clone()].iter().zip(&driver[group]);
         let (mut both, mut of_series, mut of_driver) = (Complex::<f64>::default(), 0.0, 0.0);
         for (a, b) in pairs {
@@ -49,7 +55,8 @@ pub fn incoherent_band(series: &[f64], driver: &[f64]) -> Option<NoiseBand> {
 }
 
 /// The band of a series above the highest frequencies at which it stands out of noise, the density of which is known up to a factor:
-/// a function of the frequency relative to the sampling rate. `None` of too short a series, or where it stands out at no frequency or
+/// a function of the frequency relative to the sampling rate. If all but a hundredth of the signal's power lies more than an octave
+/// below these, the band begins there, an octave above this part of the signal. `None` of too short a series, or where it stands out at no frequency or
 /// at the highest ones.
 pub fn noise_band(series: &[f64], density: impl Fn(f64) -> f64) -> Option<NoiseBand> {
     let count = series.len() as f64;
@@ -60,21 +67,39 @@ pub fn noise_band(series: &[f64], density: impl Fn(f64) -> f64) -> Option<NoiseB
     let ratios = judged.map(|n| series[n].norm_sqr() / noise[n]);
     // The median of an exponential distribution is ln 2 of its mean.
     let floor = super::median(&mut ratios.collect::<Vec<_>>())? / LN_2;
-    NoiseBand::above(&series, |group| {
+    NoiseBand::above(&series, DISPENSABLE, |group| {
         let expected = floor * noise[group.clone()].iter().sum::<f64>();
         power(&series[group]) > STANDS_OUT * expected
     })
 }
 
 impl NoiseBand {
-    /// The band above the last group of lines that is a signal.
-    fn above(series: &[Complex<f64>], is_signal: impl Fn(Range<usize>) -> bool) -> Option<Self> {
-        let groups = groups(series.len()).into_iter();
-        let last = groups.rev().find(|group| is_signal(group.clone()))?;
+    /// The band above the last group of lines that is a signal, or an octave above the last of those without which more than the
+    /// `dispensable` share of the signal's power would be lost.
+    fn above(
+        series: &[Complex<f64>],
+        dispensable: f64,
+        is_signal: impl Fn(Range<usize>) -> bool,
+    ) -> Option<Self> {
+        let groups = groups(series.len()).into_iter().rev();
+        let signals: Vec<Range<usize>> = groups.filter(|group| is_signal(group.clone())).collect();
+        let last = signals.first()?.end;
+        let slow = power(&series[..FIRST.min(series.len())]);
+        let powers: Vec<f64> = signals
+            .iter()
+            .map(|group| power(&series[group.clone()]))
+            .collect();
+        let most = dispensable * (slow + powers.iter().sum::<f64>());
+        let mut above = 0.0;
+        let needed = signals.iter().zip(powers).find(|(_, power)| {
+            above += power;
+            above > most
+        });
+        let from = needed.map_or(last, |(group, _)| last.min(OCTAVE * group.end));
         let all = power(series);
-        let band = &series[last.end..];
+        let band = &series[from..];
         (all > 0.0 && band.len() >= LEAST).then(|| Self {
-            from: last.end as f64 / (2 * series.len()) as f64,
+            from: from as f64 / (2 * series.len()) as f64,
             share: power(band) / all,
         })
     }
@@ -156,6 +181,23 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// A swing with a twentieth of its acceleration at three times its frequency.
+    #[test]
+    fn harmonics_of_a_swing_need_no_higher_cutoff() {
+        let mut random = RandomStream::new(7, 2);
+        let mut swing = |harmonic: f64| {
+            let at = |n: usize, times: f64| (TAU * 0.01 * times * n as f64).sin();
+            let x = (0..COUNT)
+                .map(|n| at(n, 1.0) + harmonic / 9.0 * at(n, 3.0) + 1e-3 * random.normal());
+            let x: Vec<f64> = x.collect();
+            let a: Vec<f64> = x.windows(3).map(|x| x[0] - 2.0 * x[1] + x[2]).collect();
+            noise_band(&a, of_second_differences).unwrap().from
+        };
+        let (small, large) = (swing(0.05), swing(0.3));
+        assert!((0.02..0.029).contains(&small), "{small}");
+        assert!((0.03..0.04).contains(&large), "{large}");
     }
 
     #[test]
