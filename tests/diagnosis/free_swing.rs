@@ -43,24 +43,70 @@ fn on_a_spring(stiffness: f64, rests_at: f64, seed: u64) -> String {
 }
 
 /// A table of 8 s at 100 Hz that begins with this angle, rad, at rest; `off`: how much the encoder is off, rad.
-fn swing([weight, viscous, dry]: [f64; 3], off: f64, first: f64, seed: u64) -> String {
+fn swing(pendulum: [f64; 3], off: f64, first: f64, seed: u64) -> String {
+    let mut random = RandomStream::new(seed, 0);
+    let angles = angles(pendulum, first, 800).into_iter();
+    let shown = angles.map(|q| q + off * (2.7 * q).sin() + 1e-5 * random.normal());
+    let shown: Vec<f64> = shown.collect();
+    table("t,angle", shown.len(), |n| {
+        format!("{},{}", 0.01 * n, shown[n as usize])
+    })
+}
+
+/// Angles of a pendulum at 100 Hz, from the first one at rest, rad.
+fn angles([weight, viscous, dry]: [f64; 3], first: f64, rows: usize) -> Vec<f64> {
     const STEPS: usize = 200;
     let step_s = 0.01 / STEPS as f64;
-    let mut random = RandomStream::new(seed, 0);
     let [mut angle, mut rate] = [first, 0.0_f64];
     let mut angles = Vec::new();
-    for _ in 0..800 {
-        let shown = angle + off * (2.7 * angle).sin();
-        angles.push(shown + 1e-5 * random.normal());
+    for _ in 0..rows {
+        angles.push(angle);
         for _ in 0..STEPS {
             let acceleration = -weight * angle.sin() - viscous * rate - dry * (rate / 1e-3).tanh();
             rate += step_s * acceleration;
             angle += step_s * rate;
         }
     }
-    table("t,angle", angles.len(), |n| {
-        format!("{},{}", 0.01 * n, angles[n as usize])
-    })
+    angles
+}
+
+/// A coarse encoder hides a small dry friction at each instant, but the swing ends sooner for it: it is named with its amount, and
+/// nowhere else.
+#[test]
+fn a_friction_below_the_noise_of_an_instant_is_found_by_the_swing() {
+    const STEP: f64 = 5e-3;
+    let filter = "filter = { cutoff_hz = 2.2, order = 4, decimate = 7, trim_s = 0.5 }";
+    let (before, _) = MAPPING.split_once("filter").unwrap();
+    for (viscous, dry) in [(0.02, 0.045), (0.05, 0.0)] {
+        let by_encoder = |first: f64| {
+            let angles = angles([37.2, viscous, dry], first, 10_000);
+            table("t,angle", angles.len(), |n| {
+                let steps = (angles[n as usize] / STEP).round();
+                format!("{},{}", 0.01 * n, STEP * steps)
+            })
+        };
+        let files = [("a.csv", by_encoder(1.6)), ("b.csv", by_encoder(1.45))];
+        let logs = imported("coarse_swing", &format!("{before}{filter}"), &files).unwrap();
+        let (train, test) = (&logs.train[0], &logs.test[0]);
+        let found = diagnose(&started(&logs), &[train], &[test], &|_, _| {}).unwrap();
+        let found = found.diagnosis;
+        let mut expected = vec!["bearing_gravity", "guide_viscous"];
+        if dry > 0.0 {
+            expected.insert(1, "guide_coulomb");
+        }
+        assert_eq!(named(&found), expected, "{}", found.sentence);
+        let of = |id: &str, amount: &str| found.parameters.get(id).map(|all| all[amount].clone());
+        let damping = of("guide_viscous", "damping_n_m_s_per_rad").unwrap();
+        assert!(
+            (damping.low..damping.high).contains(&viscous),
+            "{damping:?}"
+        );
+        if let Some(friction) = of("guide_coulomb", "torque_n_m") {
+            assert!((friction.low..friction.high).contains(&dry), "{friction:?}");
+            let says = "guide_coulomb was found by the swing of the unseen data";
+            assert!(found.notes.iter().any(|note| note.starts_with(says)));
+        }
+    }
 }
 
 #[test]

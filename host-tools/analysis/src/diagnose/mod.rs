@@ -43,7 +43,6 @@ pub use finding::*;
 pub use logs::Logs;
 
 use crate::compare::compare;
-use crate::compare::free_simulation::STRAYS;
 use crate::fit::same_rig;
 use crate::held_back::{all_held_back, are_of_one_log};
 use crate::import::checks::{acceleration, force};
@@ -51,11 +50,11 @@ use crate::levels::ChannelLevels;
 use answer::outcome::Outcome;
 use anyhow::{bail, ensure};
 use conclusion::Asking;
-use prediction_error::foresight::off_by;
+use prediction_error::brakes::{WRONG, amplitude_factor};
 use question::Question;
 use softdock_io::recording::Recording;
+use softdock_physics::model::Model;
 use softdock_physics::model::prediction::Prediction;
-use softdock_physics::model::{Model, WrenchMeaning};
 use softdock_report::number;
 use std::time::Instant;
 use watch::Watch;
@@ -301,16 +300,15 @@ fn ask(
     })
 }
 
-/// A sentence on a free swing that the model with the named effects does not foretell; empty for any other log. At each instant a
-/// friction is less than the noise of the acceleration.
+/// A sentence on a free swing whose amplitude the model with the named effects does not foretell; empty for any other log. At each
+/// instant a friction is less than the noise of the acceleration.
 fn of_free_swing(after: &Model, recordings: &[&Recording]) -> String {
-    let is_free = after.sensor.wrench == WrenchMeaning::Free;
-    let off = is_free.then(|| off_by(after, recordings)).flatten();
-    off.filter(|off| *off > STRAYS).map_or(String::new(), |off| {
+    let factor = amplitude_factor(after, recordings).filter(|factor| *factor > WRONG);
+    factor.map_or(String::new(), |factor| {
         format!(
-            " Simulated forward the swing is off by {} of itself: a friction that is missing adds up so, and so does an amount that is \
-             wrong by little. Behind a lower `cutoff_hz` of the import less is hidden by noise.",
-            number::percent(off, 0)
+            " Simulated forward the amplitude of the swing is wrong by a factor of {}: a friction is missing or wrong. Behind a lower \
+             `cutoff_hz` of the import less of it is hidden by noise.",
+            number::significant(factor, 3)
         )
     })
 }

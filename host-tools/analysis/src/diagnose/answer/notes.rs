@@ -319,6 +319,14 @@ impl Answer<'_> {
                  The likelihood that weighs errors as the noise has them prefers a sharper reversal, beside which nothing looks late."
             )
         });
+        let braking = reduction.braking.iter().filter_map(|braking| {
+            let [without, with] = braking.factors.map(|factor| number::significant(factor, 3));
+            let id = &braking.named.last()?.effect.id;
+            Some(format!(
+                "{id} was found by the swing of the unseen data: simulated forward its amplitude is wrong by a factor of {with} with it, and of \
+                 {without} without. At each instant it does less than the noise of the acceleration, so the likelihood does not pay for it."
+            ))
+        });
         let wrench = self.stages.wrench.as_ref();
         let in_rounds = wrench.is_some_and(|found| !found.earlier.0.is_empty());
         let intervals = match in_rounds || reduction.late.is_some() {
@@ -343,7 +351,7 @@ impl Answer<'_> {
                 small_share(*share)
             )
         });
-        let mut notes: Vec<String> = late.chain(refitted).chain(noisy).collect();
+        let mut notes: Vec<String> = late.chain(braking).chain(refitted).chain(noisy).collect();
         let named = || reduction.named.iter().map(|(named, _)| named);
         if !matches!(self.verdict, Verdict::Unexplained | Verdict::LogsDisagree) {
             notes.extend(named().filter_map(|one| one.choice(of_a_rig(self.stages))));

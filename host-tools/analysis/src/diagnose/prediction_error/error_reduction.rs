@@ -1,5 +1,6 @@
 //! How the error falls as named effects are added one after the other, and which effects are refused for it.
 
+use super::brakes::{Braking, with_what_brakes};
 use super::for_prediction;
 use super::late_by_foretelling;
 use super::left_over::left_of_actuator;
@@ -33,6 +34,8 @@ pub(crate) struct ErrorReduction {
     pub refitted: Option<[f64; 2]>,
     /// Id of a late effect that was found by its error on unseen data.
     pub late: Option<String>,
+    /// An effect that was found by the simulated swing.
+    pub braking: Option<Braking>,
     /// Ids of effects that were dropped, as a late effect, or a friction with a finite transition speed, foretells better without
     /// them.
     pub done_without: Vec<String>,
@@ -70,6 +73,7 @@ impl ErrorReduction {
             named: found,
             turned,
             late,
+            braking,
             done_without,
         } = NamedEffects::of(model, recordings, stages, question)?;
         let mut known = SubsetPredictions::new(model, recordings, found, stages, asked);
@@ -105,6 +109,7 @@ impl ErrorReduction {
             left_out,
             noisy,
             late,
+            braking,
             done_without,
         };
         Ok((reduction, predictions))
@@ -118,12 +123,31 @@ struct NamedEffects {
     turned: Option<f64>,
     /// Id of a late effect, if it was found by its error on unseen data.
     late: Option<String>,
+    /// See [`ErrorReduction::braking`].
+    braking: Option<Braking>,
     /// Ids of effects that were dropped then.
     done_without: Vec<String>,
 }
 
 impl NamedEffects {
     fn of(
+        model: &Model,
+        recordings: &Logs<&Recording>,
+        stages: &Stages,
+        question: &Question<'_>,
+    ) -> anyhow::Result<Self> {
+        let mut answer = Self::or_late(model, recordings, stages, question)?;
+        if let Some(wrench) = &stages.wrench
+            && let Some(braking) = with_what_brakes(model, recordings, &answer.named, wrench)?
+        {
+            answer.named = braking.named.clone();
+            answer.braking = Some(braking);
+        }
+        Ok(answer)
+    }
+
+    /// What the stages accepted, with frictions that turn round over a speed, or a late effect, where these foretell better.
+    fn or_late(
         model: &Model,
         recordings: &Logs<&Recording>,
         stages: &Stages,
@@ -156,6 +180,7 @@ impl NamedEffects {
                     late: late.map(|one| one.effect.id.clone()),
                     turned: before,
                     named: better,
+                    braking: None,
                 }
             }
             None => Self::as_named(named),
@@ -167,6 +192,7 @@ impl NamedEffects {
             named,
             turned: None,
             late: None,
+            braking: None,
             done_without: Vec::new(),
         }
     }

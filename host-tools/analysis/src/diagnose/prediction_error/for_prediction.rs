@@ -128,6 +128,7 @@ fn predicts_little(prediction: &Prediction) -> bool {
 }
 
 /// Rms errors with some effects, in units of the noise; NaN where too little is predicted.
+#[derive(Clone, Copy)]
 pub(crate) struct Errors {
     /// Of the logs of the fit.
     pub(crate) of_fit: f64,

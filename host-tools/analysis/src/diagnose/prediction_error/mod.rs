@@ -1,5 +1,6 @@
 //! The error on unseen data: by how much named effects reduce it, and with which parameters most.
 
+pub(crate) mod brakes;
 pub(crate) mod error_reduction;
 pub(crate) mod for_prediction;
 pub(crate) mod foresight;
