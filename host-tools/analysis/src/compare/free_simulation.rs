@@ -6,6 +6,7 @@
 //! Each step is the midpoint rule with the friction at its end (Moreau 1988), which can hold a sticking axis: the velocity at the
 //! end of a step is the one at which force, load and inertia balance.
 
+use super::swing::amplitude_factor;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
 use softdock_control::frames::{Pose, Twist, Wrench};
@@ -46,9 +47,7 @@ pub struct FreeSimulation {
     pub is_free: bool,
     /// Nothing in the model acts by position, so that an error of the force is never pulled back.
     pub drifts: bool,
-    /// Factor by which the amplitude of a free swing is wrong, 1 or more: exp of the rms, over parts of the log, of the logarithm of
-    /// simulated over measured amplitude. Unlike `rms` it does not depend on the phase, which a tiny error of the frequency turns. None
-    /// of a motion that is no free swing.
+    /// Factor by which the [amplitude](super::swing) of a free swing is wrong, 1 or more. None of a motion that is no free swing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub amplitude_factor: Option<f64>,
 }
@@ -210,36 +209,6 @@ fn run(
         drifts: body.drifts,
         amplitude_factor: body.is_free.then(|| amplitude_factor(&swing)).flatten(),
     })
-}
-
-/// See [`FreeSimulation::amplitude_factor`]; of measured and simulated values.
-fn amplitude_factor(swing: &[[f64; 2]]) -> Option<f64> {
-    /// Parts of the log.
-    const PARTS: usize = 16;
-    /// Amplitudes below this share of the largest one are noise, and friction that no law of the catalogue describes.
-    const SWINGS: f64 = 0.02;
-    let parts = swing.chunks(swing.len().div_ceil(PARTS).max(1));
-    let amplitudes = parts.map(|part| {
-        [0, 1].map(|k| {
-            let count = part.len() as f64;
-            let mean = part.iter().map(|both| both[k]).sum::<f64>() / count;
-            let squares = part
-                .iter()
-                .map(|both| (both[k] - mean).powi(2))
-                .sum::<f64>();
-            (squares / count).sqrt()
-        })
-    });
-    let amplitudes: Vec<[f64; 2]> = amplitudes.collect();
-    let largest = amplitudes.iter().map(|both| both[0]).fold(0.0, f64::max);
-    let swings = amplitudes.iter().filter(|both| both[0] > SWINGS * largest);
-    let squares = swings.map(|[measured, simulated]| {
-        let least = SWINGS * largest;
-        (simulated.max(least) / measured).ln().powi(2)
-    });
-    let squares: Vec<f64> = squares.collect();
-    let mean = squares.iter().sum::<f64>() / squares.len() as f64;
-    Some(mean.sqrt().exp()).filter(|factor| factor.is_finite())
 }
 
 /// Whether something that the model has, or may have, acts by position along an axis.

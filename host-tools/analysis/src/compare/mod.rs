@@ -20,6 +20,7 @@ mod residual_tests;
 pub(crate) mod sentence;
 mod series;
 mod series_table;
+mod swing;
 mod tables;
 #[cfg(test)]
 mod tests;

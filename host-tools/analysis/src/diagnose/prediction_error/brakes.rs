@@ -28,8 +28,8 @@ pub(crate) struct Braking {
 }
 
 /// The answer and one effect of a hypothesis that was tried beside it, with the amounts of least squares, if the swing that they
-/// foretell on unseen data has an amplitude that is much less [wrong](WRONG), by [`MOVES`] of the square; the one with the best swing. `None` for a log that is no free swing, where no
-/// swing is better, or without unseen data.
+/// foretell on unseen data has an amplitude that is much less [wrong](WRONG), by [`MOVES`] of the square; the one with the best
+/// swing. `None` for a log that is no free swing, where no swing is better, or without unseen data.
 pub(super) fn with_what_brakes(
     model: &Model,
     recordings: &Logs<&Recording>,

@@ -137,7 +137,9 @@ impl NamedEffects {
         question: &Question<'_>,
     ) -> anyhow::Result<Self> {
         let mut answer = Self::or_late(model, recordings, stages, question)?;
-        if let Some(wrench) = &stages.wrench
+        // Who asks for effects gets these.
+        let searched = stages.wrench.as_ref().filter(|_| !question.is_asked());
+        if let Some(wrench) = searched
             && let Some(braking) = with_what_brakes(model, recordings, &answer.named, wrench)?
         {
             answer.named = braking.named.clone();
