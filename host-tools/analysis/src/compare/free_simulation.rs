@@ -47,7 +47,8 @@ pub struct FreeSimulation {
     pub is_free: bool,
     /// Nothing in the model acts by position, so that an error of the force is never pulled back.
     pub drifts: bool,
-    /// Factor by which the [amplitude](super::swing) of a free swing is wrong, 1 or more. None of a motion that is no free swing.
+    /// Factor by which the amplitude of a free swing is wrong, 1 or more: exp of the rms, over parts of the log, of the logarithm of
+    /// simulated over measured amplitude. None of a motion that is no free swing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub amplitude_factor: Option<f64>,
 }
